@@ -42,6 +42,9 @@ inline ::testing::AssertionResult names(const Error& error, std::initializer_lis
   return mentions(error.where + ": " + error.message, objects);
 }
 
+/// Whether a text has such a part.
+inline bool holds(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+
 /// Whether an operation failed in this way, and the error names these objects.
 template <class T>
 ::testing::AssertionResult fails(const Result<T>& result, ErrorKind kind,

@@ -106,7 +106,7 @@ TEST(HybridLearning, WithoutBoundsStillHoldsFiniteValuesOnly) {
   }
 }
 
-std::string where_of(void (*change)(HybridOptions&)) {
+std::string refused_option(void (*change)(HybridOptions&)) {
   HybridOptions options;
   options.epochs = 2;
   change(options);
@@ -116,22 +116,22 @@ std::string where_of(void (*change)(HybridOptions&)) {
 }
 
 TEST(HybridLearning, RefusesOptionsOutOfRangeByName) {
-  EXPECT_EQ(where_of([](auto&) {}), "accepted");
-  EXPECT_EQ(where_of([](auto& o) { o.epochs = 0; }), "epochs");
-  EXPECT_EQ(where_of([](auto& o) { o.initial_step = 0.0; }), "initial_step");
-  EXPECT_EQ(where_of([](auto& o) { o.step_decrease = 1.5; }), "step_decrease");
-  EXPECT_EQ(where_of([](auto& o) { o.step_increase = 0.9; }), "step_increase");
-  EXPECT_EQ(where_of([](auto& o) { o.rmse_goal = std::nan(""); }), "rmse_goal");
-  EXPECT_EQ(where_of([](auto& o) { o.min_rmse_change = 1.0; }), "min_rmse_change");
-  EXPECT_EQ(where_of([](auto& o) { o.patience = -1; }), "patience");
-  EXPECT_EQ(where_of([](auto& o) { o.initial_covariance = 0.0; }), "initial_covariance");
-  EXPECT_EQ(where_of([](auto& o) { o.solver = ConsequentSolver::sequential; }), "group_variance");
+  EXPECT_EQ(refused_option([](auto&) {}), "accepted");
+  EXPECT_EQ(refused_option([](auto& o) { o.epochs = 0; }), "epochs");
+  EXPECT_EQ(refused_option([](auto& o) { o.initial_step = 0.0; }), "initial_step");
+  EXPECT_EQ(refused_option([](auto& o) { o.step_decrease = 1.5; }), "step_decrease");
+  EXPECT_EQ(refused_option([](auto& o) { o.step_increase = 0.9; }), "step_increase");
+  EXPECT_EQ(refused_option([](auto& o) { o.rmse_goal = std::nan(""); }), "rmse_goal");
+  EXPECT_EQ(refused_option([](auto& o) { o.min_rmse_change = 1.0; }), "min_rmse_change");
+  EXPECT_EQ(refused_option([](auto& o) { o.patience = -1; }), "patience");
+  EXPECT_EQ(refused_option([](auto& o) { o.initial_covariance = 0.0; }), "initial_covariance");
+  EXPECT_EQ(refused_option([](auto& o) { o.solver = ConsequentSolver::sequential; }), "group_variance");
 }
 
 TEST(HybridLearning, RefusesASmoothnessThatIsNone) {
-  EXPECT_EQ(where_of([](auto& o) { o.smoothness = -1.0; }), "smoothness");
-  EXPECT_EQ(where_of([](auto& o) { o.smoothness = std::nan(""); }), "smoothness");
-  EXPECT_EQ(where_of([](auto& o) { o.smoothness = HUGE_VAL; }), "smoothness");
+  EXPECT_EQ(refused_option([](auto& o) { o.smoothness = -1.0; }), "smoothness");
+  EXPECT_EQ(refused_option([](auto& o) { o.smoothness = std::nan(""); }), "smoothness");
+  EXPECT_EQ(refused_option([](auto& o) { o.smoothness = HUGE_VAL; }), "smoothness");
 }
 
 TEST(HybridLearning, RefusesASmoothnessOfSeveralInputs) {

@@ -149,30 +149,30 @@ VectorXd solved(const MatrixXd& a, const VectorXd& b) {
   return solver.solve(a, b);
 }
 
-MatrixXd random_matrix(Index rows, Index columns) {
+MatrixXd gaussian_matrix(Index rows, Index columns) {
   base::Random random(12, static_cast<std::uint64_t>(columns));
   return MatrixXd::NullaryExpr(rows, columns, [&](Index, Index) { return random.gaussian(); });
 }
 
 TEST(ConsequentSolver, EqualsTheGeneralSolverOnWellConditionedProblems) {
-  const MatrixXd a = random_matrix(48, 9);
-  const VectorXd b = random_matrix(48, 1);
+  const MatrixXd a = gaussian_matrix(48, 9);
+  const VectorXd b = gaussian_matrix(48, 1);
   EXPECT_LT((solved(a, b) - solve_least_squares(a, b).coefficients).norm(), 1e-14);
 }
 
 // Rows are condensed in blocks: none, one and several of them, the last one full or not.
 TEST(ConsequentSolver, EqualsTheGeneralSolverForAnyNumberOfRows) {
   for (const Index rows : {16, 504, 512, 520, 1024, 2000, 4104}) {
-    const MatrixXd a = random_matrix(rows, 13);
-    const VectorXd b = random_matrix(rows, 1);
+    const MatrixXd a = gaussian_matrix(rows, 13);
+    const VectorXd b = gaussian_matrix(rows, 1);
     EXPECT_LT((solved(a, b) - solve_least_squares(a, b).coefficients).norm(), 1e-13) << rows;
   }
 }
 
 TEST(ConsequentSolver, TakesAColumnOfRoundingErrorsForZero) {
-  MatrixXd a = random_matrix(48, 4);
+  MatrixXd a = gaussian_matrix(48, 4);
   a.col(2) *= 1e-15;
-  const VectorXd b = random_matrix(48, 1);
+  const VectorXd b = gaussian_matrix(48, 1);
   const VectorXd x = solved(a, b);
   MatrixXd others(48, 3);
   others << a.leftCols(2), a.col(3);
@@ -184,9 +184,9 @@ TEST(ConsequentSolver, TakesAColumnOfRoundingErrorsForZero) {
 // Condition c: solutions agree to c^2 * residual * 1e-16, residuals to rounding.
 TEST(ConsequentSolver, EqualsTheGeneralSolverOnIllConditionedProblems) {
   for (const double close : {1e-3, 1e-6}) {
-    MatrixXd a = random_matrix(48, 6);
+    MatrixXd a = gaussian_matrix(48, 6);
     a.col(5) = a.col(0) + a.col(1) + close * a.col(5);
-    const VectorXd b = random_matrix(48, 1);
+    const VectorXd b = gaussian_matrix(48, 1);
     const VectorXd expected = solve_least_squares(a, b).coefficients;
     const VectorXd x = solved(a, b);
     EXPECT_LT((x - expected).norm(), 1e-15 / (close * close) * (1.0 + b.norm())) << close;
@@ -195,10 +195,10 @@ TEST(ConsequentSolver, EqualsTheGeneralSolverOnIllConditionedProblems) {
 }
 
 TEST(ConsequentSolver, GivesTheSolutionOfLeastNormWhereColumnsDepend) {
-  MatrixXd a = random_matrix(48, 5);
+  MatrixXd a = gaussian_matrix(48, 5);
   a.col(4) = a.col(0) - a.col(2);
   a = (a * a.colwise().norm().cwiseInverse().asDiagonal()).eval();
-  const VectorXd b = random_matrix(48, 1);
+  const VectorXd b = gaussian_matrix(48, 1);
   const VectorXd x = solved(a, b);
   EXPECT_LT((x - solve_least_squares(a, b).coefficients).norm(), 1e-12);
   EXPECT_LT(x.norm(), 10.0 * b.norm());
@@ -207,17 +207,17 @@ TEST(ConsequentSolver, GivesTheSolutionOfLeastNormWhereColumnsDepend) {
 }
 
 TEST(ConsequentSolver, DoesNotDependOnTheUnitsOfAColumn) {
-  const MatrixXd a = random_matrix(48, 3);
-  const VectorXd b = random_matrix(48, 1);
+  const MatrixXd a = gaussian_matrix(48, 3);
+  const VectorXd b = gaussian_matrix(48, 1);
   const Eigen::Vector3d units(1e-4, 1.0, 1e5);  // a column below 1e-10 of the largest counts as zero
   EXPECT_LT((units.asDiagonal() * solved(a * units.asDiagonal(), b) - solved(a, b)).norm(), 1e-13);
 }
 
 TEST(ConsequentSolver, GivesWhatIsNotFiniteForDataThatAreNot) {
-  MatrixXd a = random_matrix(48, 3);
+  MatrixXd a = gaussian_matrix(48, 3);
   a(7, 1) = std::nan("");
   EXPECT_FALSE(solved(a, VectorXd::Ones(48)).allFinite());
-  EXPECT_FALSE(solved(random_matrix(48, 3), VectorXd::Constant(48, HUGE_VAL)).allFinite());
+  EXPECT_FALSE(solved(gaussian_matrix(48, 3), VectorXd::Constant(48, HUGE_VAL)).allFinite());
 }
 
 }  // namespace

@@ -106,7 +106,7 @@ TEST(GridRules, TooManyAreRefused) {
   EXPECT_TRUE(grid_rules(data, {.memberships = {2}}));
 }
 
-std::string where_of(void (*change)(RuleBaseOptions&)) {
+std::string refused_grid_option(void (*change)(RuleBaseOptions&)) {
   RuleBaseOptions options{.memberships = {3}};
   change(options);
   const auto model = grid_rules(corners(), options);
@@ -114,13 +114,13 @@ std::string where_of(void (*change)(RuleBaseOptions&)) {
 }
 
 TEST(GridRules, RefuseOptionsOutOfRangeByName) {
-  EXPECT_EQ(where_of([](auto&) {}), "accepted");
-  EXPECT_EQ(where_of([](auto& o) { o.order = 2; }), "order");
-  EXPECT_EQ(where_of([](auto& o) { o.order = -1; }), "order");
-  EXPECT_EQ(where_of([](auto& o) { o.memberships = {1}; }), "memberships");
-  EXPECT_EQ(where_of([](auto& o) { o.memberships = {257}; }), "memberships");
-  EXPECT_EQ(where_of([](auto& o) { o.memberships = {3, 3, 3}; }), "memberships");
-  EXPECT_EQ(where_of([](auto& o) { o.memberships = {}; }), "memberships");
+  EXPECT_EQ(refused_grid_option([](auto&) {}), "accepted");
+  EXPECT_EQ(refused_grid_option([](auto& o) { o.order = 2; }), "order");
+  EXPECT_EQ(refused_grid_option([](auto& o) { o.order = -1; }), "order");
+  EXPECT_EQ(refused_grid_option([](auto& o) { o.memberships = {1}; }), "memberships");
+  EXPECT_EQ(refused_grid_option([](auto& o) { o.memberships = {257}; }), "memberships");
+  EXPECT_EQ(refused_grid_option([](auto& o) { o.memberships = {3, 3, 3}; }), "memberships");
+  EXPECT_EQ(refused_grid_option([](auto& o) { o.memberships = {}; }), "memberships");
 }
 
 Eigen::MatrixXd column(std::initializer_list<double> values) {

@@ -14,7 +14,7 @@ namespace soak::anfis {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kQuietNaN = std::numeric_limits<double>::quiet_NaN();
 
 struct Rows {
   Eigen::MatrixXd a;
@@ -102,9 +102,9 @@ TEST(SequentialLeastSquares, RefusesRowsThatAreNotFiniteOrWouldOverflowAndKeepsI
     Eigen::Vector3d a;
     double b;
   };
-  const std::vector<Row> refused = {{usual, kNaN},
+  const std::vector<Row> refused = {{usual, kQuietNaN},
                                     {usual, -kInfinity},
-                                    {{kNaN, 0.0, 0.0}, 1.0},
+                                    {{kQuietNaN, 0.0, 0.0}, 1.0},
                                     {{0.0, kInfinity, 0.0}, 1.0},
                                     {{1e200, 1e200, -1e200}, 1.0},
                                     {{1e-300, 0.0, 0.0}, std::numeric_limits<double>::max()}};

@@ -44,6 +44,15 @@ inline void seal(base::Bytes& bytes) {
   put(bytes, bytes.size() - 4, plain_crc32c(bytes.data(), bytes.size() - 4));
 }
 
+/// Offset of the head of the first section of a type; 0 if there is none.
+inline std::size_t head_of(const base::Bytes& bytes, std::uint16_t type) {
+  for (std::size_t at = get<std::uint32_t>(bytes, 16); at + 12 <= bytes.size();
+       at += 8 + get<std::uint32_t>(bytes, at + 4)) {
+    if (get<std::uint16_t>(bytes, at) == type) return at;
+  }
+  return 0;
+}
+
 /// Puts a section behind the last one.
 inline void append_section(base::Bytes& bytes, std::uint16_t type, std::uint8_t version, bool critical,
                            const base::Bytes& payload) {

@@ -25,9 +25,11 @@ constexpr int kPlateaus = 21;
 
 double level_c(int plateau) { return -30.0 + 5.0 * plateau; }
 
-double smooth(double temp_c) { return 0.28 * std::atan((temp_c - 15.0) / 25.0); }
+double smooth_arctangent(double temp_c) { return 0.28 * std::atan((temp_c - 15.0) / 25.0); }
 /// A feature too narrow for plateaus 10 K apart, between two of which it lies.
-double narrow(double temp_c) { return smooth(temp_c) + 0.1 * std::exp(-0.5 * std::pow((temp_c - 35.0) / 3.0, 2)); }
+double narrow(double temp_c) {
+  return smooth_arctangent(temp_c) + 0.1 * std::exp(-0.5 * std::pow((temp_c - 35.0) / 3.0, 2));
+}
 
 /// Rows of a campaign of one sensor, one row per run and plateau on the way up.
 PlacedRows campaign(Truth truth, int runs, std::uint64_t seed) {
@@ -104,7 +106,7 @@ TEST(ChamberTime, PredictsTheErrorOfShorterCampaignsWithinItsInterval) {
   // 60 campaigns give the actual squared error to √(2 / (60 · 6)) = 7 % (χ² of at least 6 parameters), the mean of 40
   // predictions, each good to 40 %, scatters by 6 %: 20 % is more than twice the two together. Of 40 intervals of 95 %
   // at least 34 cover with a probability of 0.996.
-  for (const Truth truth : {&smooth, &narrow}) {
+  for (const Truth truth : {&smooth_arctangent, &narrow}) {
     for (const auto& [runs, step] : {std::pair(2, 1), std::pair(4, 2), std::pair(6, 3)}) {
       const Coverage result = coverage(truth, 12, runs, step);
       EXPECT_GE(result.covered, 0.849) << runs << " runs, every " << step;
@@ -114,7 +116,7 @@ TEST(ChamberTime, PredictsTheErrorOfShorterCampaignsWithinItsInterval) {
 }
 
 TEST(ChamberTime, IntervalHoldsWithTheFewestRuns) {
-  const Coverage result = coverage(smooth, 4, 2, 2);
+  const Coverage result = coverage(smooth_arctangent, 4, 2, 2);
   EXPECT_GE(result.covered, 0.849);
 }
 
@@ -124,18 +126,19 @@ double predicted(Truth truth, int runs, int step) {
 }
 
 TEST(ChamberTime, TellsASmoothCurveFromANarrowFeature) {
-  // Half the plateaus of twice the runs hold as many rows of a smooth curve; a feature of 0.1 between them is missed.
-  EXPECT_LT(predicted(smooth, 8, 2), kNoise / 2.0);
+  // Half the plateaus of twice the runs hold as many rows of a smooth_arctangent curve; a feature of 0.1 between them
+  // is missed.
+  EXPECT_LT(predicted(smooth_arctangent, 8, 2), kNoise / 2.0);
   EXPECT_GT(predicted(narrow, 8, 2), 5.0 * kNoise);
 }
 
 TEST(ChamberTime, RunsDoNotMendWhatPlateausMiss) {
   EXPECT_NEAR(predicted(narrow, 8, 2) / predicted(narrow, 2, 2), 1.0, 0.15);
-  EXPECT_LT(predicted(smooth, 8, 1), 0.7 * predicted(smooth, 2, 1));
+  EXPECT_LT(predicted(smooth_arctangent, 8, 1), 0.7 * predicted(smooth_arctangent, 2, 1));
 }
 
 TEST(ChamberTime, NeedsTwoRunsThatWereLeftOut) {
-  const PlacedRows rows = campaign(smooth, 4, 1);
+  const PlacedRows rows = campaign(smooth_arctangent, 4, 1);
   EXPECT_TRUE(subsampled_error(rows, every_plateau(rows, 1), 2, 1));
   EXPECT_FALSE(subsampled_error(rows, every_plateau(rows, 1), 3, 1));
 }
@@ -244,7 +247,7 @@ bool can_skip_plateaus(const ChamberTime& study) {
 }
 
 TEST(ChamberTime, PlateausCanBeLeftOutWhereTheCurveIsSmoothOnly) {
-  const ChamberTime of_smooth = study(smooth, 12);
+  const ChamberTime of_smooth = study(smooth_arctangent, 12);
   ASSERT_TRUE(of_smooth.recommended) << of_smooth.reason;
   EXPECT_LT(of_smooth.options[*of_smooth.recommended].hours, 0.6 * of_smooth.hours);
   EXPECT_TRUE(can_skip_plateaus(of_smooth));
@@ -252,7 +255,7 @@ TEST(ChamberTime, PlateausCanBeLeftOutWhereTheCurveIsSmoothOnly) {
 }
 
 TEST(ChamberTime, RecommendedIsTheShortestThatMayBe) {
-  const ChamberTime result = study(smooth, 12);
+  const ChamberTime result = study(smooth_arctangent, 12);
   ASSERT_TRUE(result.recommended);
   const double whole = result.options.back().sensors[0]->rmse_shape;
   for (std::size_t i = 0; i < *result.recommended; ++i) {
@@ -264,7 +267,7 @@ TEST(ChamberTime, RecommendedIsTheShortestThatMayBe) {
 }
 
 TEST(ChamberTime, OptionsRiseInHoursUpToTheWholeCampaign) {
-  const ChamberTime result = study(smooth, 8, true);
+  const ChamberTime result = study(smooth_arctangent, 8, true);
   // 41 visits of an hour and 40 ways of 25 minutes, eight times.
   EXPECT_NEAR(result.hours, 8.0 * (41.0 + 40.0 * 1500.0 / 3600.0), 1e-9);
   EXPECT_TRUE(std::ranges::is_sorted(result.options, {}, &ChamberTimeOption::hours));
@@ -285,7 +288,7 @@ TEST(ChamberTime, OptionsRiseInHoursUpToTheWholeCampaign) {
 }
 
 TEST(ChamberTime, ShapeErrorHoldsTheScatterOfSingleEstimates) {
-  const ChamberTime result = study(smooth, 12);
+  const ChamberTime result = study(smooth_arctangent, 12);
   const ExpectedError& whole = *result.options.back().sensors[0];
   // The six positions of a visit average their noise: the bias of gyro x comes from its own up/down pair at worst.
   const double scatter = std::sqrt(whole.rmse_shape * whole.rmse_shape - whole.error_rms * whole.error_rms);
@@ -296,15 +299,15 @@ TEST(ChamberTime, ShapeErrorHoldsTheScatterOfSingleEstimates) {
 }
 
 TEST(ChamberTime, SaysThatThreeRunsAreTooFew) {
-  const ChamberTime result = study(smooth, 3);
+  const ChamberTime result = study(smooth_arctangent, 3);
   EXPECT_TRUE(result.options.empty());
   EXPECT_FALSE(result.recommended);
   EXPECT_TRUE(base::mentions(result.reason, {"3", "4"}));
 }
 
 TEST(ChamberTime, TheSameInputGivesTheSameNumbers) {
-  const ChamberTime a = study(smooth, 5);
-  const ChamberTime b = study(smooth, 5);
+  const ChamberTime a = study(smooth_arctangent, 5);
+  const ChamberTime b = study(smooth_arctangent, 5);
   ASSERT_EQ(a.options.size(), b.options.size());
   for (std::size_t i = 0; i < a.options.size(); ++i) {
     EXPECT_EQ(a.options[i].sensors[0]->error_rms, b.options[i].sensors[0]->error_rms);

@@ -20,17 +20,9 @@ using nlohmann::json;
 using samples::golden_couplings;
 using samples::golden_gyros;
 using samples::golden_mixed;
+using samples::head_of;
 
 constexpr std::uint16_t kCouplingsSection = 0x0023;
-
-/// Offset of the first section of this type; 0 if there is none.
-std::size_t head_of(const base::Bytes& bytes, std::uint16_t type) {
-  for (std::size_t at = samples::get<std::uint32_t>(bytes, 16); at + 12 < bytes.size();
-       at += 8 + samples::get<std::uint32_t>(bytes, at + 4)) {
-    if (samples::get<std::uint16_t>(bytes, at) == type) return at;
-  }
-  return 0;
-}
 
 TEST(CouplingsInTheFile, ComeBackAsTheyWereStated) {
   const auto read = decode(*encode(golden_couplings()));

@@ -17,7 +17,7 @@
 namespace soak::calib {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kQuietNaN = std::numeric_limits<double>::quiet_NaN();
 
 /// Rows of a recording in memory; counts how many were asked for at once.
 class MemoryRows : public RunRows {
@@ -94,11 +94,12 @@ class RunMaker {
  private:
   void row(std::optional<double> plateau_c, int position, Sweep sweep, double visit) {
     run.t_s.push_back(t_s_ += 0.05);
-    run.temp_c.push_back(
-        random_.uniform(0.0, 1.0) < 1e-4 ? kNaN : std::round(100.0 * (temp_c_ + 0.01 * random_.gaussian())) / 100.0);
+    run.temp_c.push_back(random_.uniform(0.0, 1.0) < 1e-4
+                             ? kQuietNaN
+                             : std::round(100.0 * (temp_c_ + 0.01 * random_.gaussian())) / 100.0);
     run.phase.push_back(plateau_c ? Phase::soak : Phase::ramp);
     run.sweep.push_back(sweep);
-    run.plateau_c.push_back(plateau_c.value_or(kNaN));
+    run.plateau_c.push_back(plateau_c.value_or(kQuietNaN));
     run.position.push_back(position);
     run.auxiliary.front().values.push_back(visit);
     for (const Sensor sensor : kSensors) {
@@ -121,7 +122,7 @@ class RunMaker {
         std::fill_n(values.begin() + static_cast<std::ptrdiff_t>(at), 60, values[at]);
         break;
       case 2:
-        std::fill_n(values.begin() + static_cast<std::ptrdiff_t>(at), 60, kNaN);
+        std::fill_n(values.begin() + static_cast<std::ptrdiff_t>(at), 60, kQuietNaN);
         break;
       case 3:
         for (auto& other : run.sensor) other[at] += 0.1;
@@ -142,8 +143,8 @@ Recording made_run(std::uint64_t seed, double segment_s = 70.0) {
   for (const double plateau_c : {20.0, 40.0, 60.0, 40.0, 40.0, 20.0}) {
     const Sweep sweep = visit < 3 ? Sweep::up : Sweep::down;
     // The second 40 in a row: after an excursion to 50.
-    if (visit == 4) maker.stretch(30.0, 50.0, {}, -1, sweep, kNaN);
-    maker.stretch(60.0, plateau_c, {}, -1, sweep, kNaN);
+    if (visit == 4) maker.stretch(30.0, 50.0, {}, -1, sweep, kQuietNaN);
+    maker.stretch(60.0, plateau_c, {}, -1, sweep, kQuietNaN);
     for (const int position : {0, 1, 4, 4}) {
       maker.stretch(2.0, plateau_c, plateau_c, -1, sweep, visit);
       maker.stretch(segment_s, plateau_c + 0.05, plateau_c, position, sweep, visit);
@@ -189,7 +190,7 @@ TEST(LongRunMemory, HoldsOneSegmentOrOneBlockOfRowsHoweverLongTheRunIs) {
 
 TEST(LongRunMemory, LeavesRunsWithoutSetPointsOrPositionsToTheOtherWay) {
   Recording run = made_run(2);
-  std::ranges::fill(run.plateau_c, kNaN);
+  std::ranges::fill(run.plateau_c, kQuietNaN);
   MemoryRows without_set_points(run);
   EXPECT_FALSE(describe_long_run(without_set_points, {}, "")->has_value());
   run = made_run(2);

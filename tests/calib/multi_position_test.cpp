@@ -9,12 +9,11 @@
 #include <vector>
 
 #include "base/random.h"
+#include "base/units.h"
 #include "tests/errors.h"
 
 namespace soak::calib {
 namespace {
-
-constexpr double kG = 9.80665;
 
 /// Truth in counts and counts per m/s², of the size of the Xsens MTi's.
 using Nine = std::array<double, kTriadParameterCount>;
@@ -48,7 +47,7 @@ std::vector<AttitudeMean> attitudes_of(const std::vector<Vector3>& up, double st
   std::vector<AttitudeMean> attitudes;
   for (const Vector3& direction : up) {
     AttitudeMean attitude;
-    attitude.mean = reading(kTruth, times(kG + more * random.gaussian(), direction));
+    attitude.mean = reading(kTruth, times(base::kStandardGravity_mps2 + more * random.gaussian(), direction));
     for (std::size_t i = 0; i < 3; ++i) {
       // Every attitude and axis its own standard error: weights matter.
       attitude.standard_error[i] = stated * random.uniform(0.5, 2.0);
@@ -60,7 +59,7 @@ std::vector<AttitudeMean> attitudes_of(const std::vector<Vector3>& up, double st
 }
 
 TEST(MultiPosition, RecoversNoiseFreeTruth) {
-  const auto fit = calibrate_triad(attitudes_of(spread_directions(20), 0.0), kG);
+  const auto fit = calibrate_triad(attitudes_of(spread_directions(20), 0.0), base::kStandardGravity_mps2);
   ASSERT_TRUE(fit) << fit.error().message;
   // Rounding of 33,000 counts is 4e-12; the attitudes magnify it by the condition.
   for (std::size_t i = 0; i < 9; ++i) EXPECT_NEAR(fit->value[i] / kTruth[i], 1.0, 1e-9) << kTriadParameterNames[i];
@@ -71,7 +70,7 @@ TEST(MultiPosition, RecoversNoiseFreeTruth) {
 }
 
 TEST(MultiPosition, GivesBackTheSpecificForce) {
-  const auto fit = calibrate_triad(attitudes_of(spread_directions(15), 0.0), kG);
+  const auto fit = calibrate_triad(attitudes_of(spread_directions(15), 0.0), base::kStandardGravity_mps2);
   ASSERT_TRUE(fit);
   const Vector3 f = {3.0, -5.0, 7.0};
   const Vector3 back = fit->specific_force(reading(kTruth, f));
@@ -87,7 +86,7 @@ Nine coverage(double stated, double more, bool state_errors) {
     if (!state_errors) {
       for (AttitudeMean& attitude : attitudes) attitude.standard_error = {};
     }
-    const auto fit = calibrate_triad(attitudes, kG);
+    const auto fit = calibrate_triad(attitudes, base::kStandardGravity_mps2);
     if (!fit) continue;
     for (std::size_t i = 0; i < 9; ++i) inside[i] += std::abs(fit->value[i] - kTruth[i]) <= fit->ci95[i] ? 1.0 : 0.0;
   }
@@ -128,7 +127,8 @@ TEST(MultiPosition, IntervalsNearlyHoldTheTruthWhereScatterHidesInTheNoise) {
 TEST(MultiPosition, LackOfFitIsTheScatterThatStandardErrorsDoNotExplain) {
   double squares = 0.0;
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
-    const auto fit = calibrate_triad(attitudes_of(spread_directions(60), 0.2, 0.003, seed), kG);
+    const auto fit =
+        calibrate_triad(attitudes_of(spread_directions(60), 0.2, 0.003, seed), base::kStandardGravity_mps2);
     ASSERT_TRUE(fit);
     squares += fit->lack_of_fit_mps2 * fit->lack_of_fit_mps2 / 40.0;
   }
@@ -137,7 +137,7 @@ TEST(MultiPosition, LackOfFitIsTheScatterThatStandardErrorsDoNotExplain) {
 }
 
 TEST(MultiPosition, SixFacesShowBiasAndScaleButNoMisalignment) {
-  const auto fit = calibrate_triad(attitudes_of(faces(), 0.3), kG);
+  const auto fit = calibrate_triad(attitudes_of(faces(), 0.3), base::kStandardGravity_mps2);
   ASSERT_TRUE(fit) << fit.error().message;
   for (std::size_t i = 0; i < 9; ++i) EXPECT_EQ(fit->observable[i], i < 6) << kTriadParameterNames[i];
   for (std::size_t i = 6; i < 9; ++i) EXPECT_EQ(fit->value[i], 0.0);
@@ -156,7 +156,7 @@ TEST(MultiPosition, FacesTwentyTimesOverShowNoMoreThanOnce) {
   for (int n = 0; n < 20; ++n) {
     for (const Vector3& face : faces()) many.push_back(face);
   }
-  const auto fit = calibrate_triad(attitudes_of(many, 0.3), kG);
+  const auto fit = calibrate_triad(attitudes_of(many, 0.3), base::kStandardGravity_mps2);
   ASSERT_TRUE(fit);
   for (std::size_t i = 0; i < 9; ++i) EXPECT_EQ(fit->observable[i], i < 6);
   EXPECT_EQ(fit->degrees_of_freedom, 114U);
@@ -167,7 +167,7 @@ TEST(MultiPosition, TiltsInOnePlaneShowTheMisalignmentOfThatPlaneAlone) {
   for (const double sign : {1.0, -1.0}) {
     for (const double other : {1.0, -1.0}) up.push_back({0.0, sign * std::sqrt(0.5), other * std::sqrt(0.5)});
   }
-  const auto fit = calibrate_triad(attitudes_of(up, 0.3), kG);
+  const auto fit = calibrate_triad(attitudes_of(up, 0.3), base::kStandardGravity_mps2);
   ASSERT_TRUE(fit) << fit.error().message;
   EXPECT_FALSE(fit->observable[index_of(TriadParameter::misalignment_xy)]);
   EXPECT_FALSE(fit->observable[index_of(TriadParameter::misalignment_xz)]);
@@ -176,10 +176,10 @@ TEST(MultiPosition, TiltsInOnePlaneShowTheMisalignmentOfThatPlaneAlone) {
 }
 
 TEST(MultiPosition, RefusesTooFewAttitudes) {
-  const auto five = calibrate_triad(attitudes_of(spread_directions(5), 0.3), kG);
+  const auto five = calibrate_triad(attitudes_of(spread_directions(5), 0.3), base::kStandardGravity_mps2);
   ASSERT_FALSE(five);
   EXPECT_EQ(five.error().kind, base::ErrorKind::bad_input);
-  const auto eight = calibrate_triad(attitudes_of(spread_directions(8), 0.3), kG);
+  const auto eight = calibrate_triad(attitudes_of(spread_directions(8), 0.3), base::kStandardGravity_mps2);
   ASSERT_FALSE(eight);
   EXPECT_EQ(eight.error().kind, base::ErrorKind::bad_input);
 }
@@ -188,16 +188,16 @@ TEST(MultiPosition, NamesTheAxisThatGravityNeverReached) {
   // Turned about the z axis only, which stays horizontal.
   std::vector<Vector3> up;
   for (int n = 0; n < 12; ++n) up.push_back({std::cos(n * 0.5236), std::sin(n * 0.5236), 0.0});
-  const auto fit = calibrate_triad(attitudes_of(up, 0.3), kG);
+  const auto fit = calibrate_triad(attitudes_of(up, 0.3), base::kStandardGravity_mps2);
   EXPECT_TRUE(is_bad_input(fit, {"bias_z", "scale_z"}));
   EXPECT_FALSE(names(fit.error(), {"bias_x"})) << "gravity has reached x";
 }
 
 TEST(MultiPosition, RefusesAnErrorThatNothingWouldSupport) {
-  const auto fit = calibrate_triad(attitudes_of(spread_directions(9), 0.0), kG);
+  const auto fit = calibrate_triad(attitudes_of(spread_directions(9), 0.0), base::kStandardGravity_mps2);
   ASSERT_FALSE(fit);
   EXPECT_EQ(fit.error().kind, base::ErrorKind::bad_input);
-  EXPECT_TRUE(calibrate_triad(attitudes_of(spread_directions(9), 0.3), kG));
+  EXPECT_TRUE(calibrate_triad(attitudes_of(spread_directions(9), 0.3), base::kStandardGravity_mps2));
 }
 
 TEST(MultiPosition, RefusesReadingsThatAreNoTriadAtRest) {
@@ -206,7 +206,7 @@ TEST(MultiPosition, RefusesReadingsThatAreNoTriadAtRest) {
   for (AttitudeMean& attitude : attitudes) {
     for (double& x : attitude.mean) x = random.gaussian();
   }
-  const auto fit = calibrate_triad(attitudes, kG);
+  const auto fit = calibrate_triad(attitudes, base::kStandardGravity_mps2);
   ASSERT_FALSE(fit);
   EXPECT_EQ(fit.error().kind, base::ErrorKind::bad_input);
 }
@@ -216,19 +216,19 @@ TEST(MultiPosition, RefusesNumbersThatAreNone) {
   EXPECT_FALSE(calibrate_triad(attitudes, 0.0));
   EXPECT_FALSE(calibrate_triad(attitudes, std::nan("")));
   attitudes[3].standard_error[1] = -1.0;
-  const auto negative = calibrate_triad(attitudes, kG);
+  const auto negative = calibrate_triad(attitudes, base::kStandardGravity_mps2);
   ASSERT_FALSE(negative);
   EXPECT_EQ(negative.error().where, "attitude 4");
   attitudes[3].standard_error[1] = 0.1;
   attitudes[7].mean[0] = std::nan("");
-  EXPECT_FALSE(calibrate_triad(attitudes, kG));
+  EXPECT_FALSE(calibrate_triad(attitudes, base::kStandardGravity_mps2));
 }
 
 TEST(MultiPosition, RefusesReadingsThatNeverChange) {
   std::vector<AttitudeMean> same(12, {{1.0, 2.0, 3.0}, {0.1, 0.1, 0.1}});
-  EXPECT_FALSE(calibrate_triad(same, kG));
+  EXPECT_FALSE(calibrate_triad(same, base::kStandardGravity_mps2));
   for (std::size_t n = 0; n < same.size(); ++n) same[n].mean[0] += 1e-15 * static_cast<double>(n);
-  EXPECT_FALSE(calibrate_triad(same, kG));
+  EXPECT_FALSE(calibrate_triad(same, base::kStandardGravity_mps2));
 }
 
 }  // namespace

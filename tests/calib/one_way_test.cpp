@@ -102,9 +102,9 @@ TEST(OneWay, RowsOfUnknownWayAndTurnsSayNothing) {
 
 // ---- bands ----
 
-constexpr double kGap = 0.05;       ///< deg/s between heating and cooling in the middle of the range
-constexpr double kRunSigma = 0.02;  ///< from power-on to power-on
-constexpr double kNoise = 0.002;
+constexpr double kGap = 0.05;           ///< deg/s between heating and cooling in the middle of the range
+constexpr double kPowerOnSigma = 0.02;  ///< from power-on to power-on
+constexpr double kRowSigma = 0.002;
 
 /// Opening of the loop: closed where the way turns.
 double lens(double temp_c) { return std::max(0.0, 1.0 - std::pow((temp_c - 20.0) / 50.0, 2)); }
@@ -118,7 +118,7 @@ CurveData unit_rows(const Path& path, int runs, base::Random& random) {
   CurveData data = rows_of(std::vector<Path>(static_cast<std::size_t>(runs), path));
   std::vector<double> offsets;
   for (int run = 0; run < runs; ++run) {
-    offsets.push_back(kRunSigma * random.gaussian());
+    offsets.push_back(kPowerOnSigma * random.gaussian());
     for (const char* sweep : {" up", " down"}) {
       data.branches.push_back(data.runs[static_cast<std::size_t>(run)] + sweep);
     }
@@ -127,33 +127,33 @@ CurveData unit_rows(const Path& path, int runs, base::Random& random) {
     row.branch = 2 * row.run + (row.sweep == kDown ? 1 : 0);
     row.temp_c += 0.1 * random.gaussian();
     row.value = branch_at(row.temp_c, row.sweep == kDown ? 1.0 : -1.0) + offsets[static_cast<std::size_t>(row.run)] +
-                kNoise * random.gaussian();
-    row.standard_error = kNoise;
+                kRowSigma * random.gaussian();
+    row.standard_error = kRowSigma;
   }
   return data;
 }
 
-CurveFit fit(const CurveData& data, const KnownHysteresis& known = {}) {
+CurveFit fitted_curve(const CurveData& data, const KnownHysteresis& known = {}) {
   auto result = fit_curve(data, {5}, {"gyro_x", "deg/s", 1.0}, {}, known);
   if (!result) throw std::runtime_error(result.error().message);
   return *std::move(result);
 }
 
-bool warns(const CurveFit& fit, const std::string& code) {
-  return std::ranges::any_of(fit.warnings, [&](const Warning& warning) { return warning.code == code; });
+bool warns(const CurveFit& fitted_curve, const std::string& code) {
+  return std::ranges::any_of(fitted_curve.warnings, [&](const Warning& warning) { return warning.code == code; });
 }
 
 TEST(OneWay, EveryUnitThatWasOnlyHeatedIsWarnedOfAndNoneThatWentBothWays) {
   base::Random random(21);
   for (int unit = 0; unit < 9; ++unit) {
-    EXPECT_TRUE(warns(fit(unit_rows(way(-30.0, 70.0, 5.0), 3, random)), "one_way"));
-    EXPECT_FALSE(warns(fit(unit_rows(both_ways(5.0), 3, random)), "one_way"));
+    EXPECT_TRUE(warns(fitted_curve(unit_rows(way(-30.0, 70.0, 5.0), 3, random)), "one_way"));
+    EXPECT_FALSE(warns(fitted_curve(unit_rows(both_ways(5.0), 3, random)), "one_way"));
   }
 }
 
 TEST(OneWay, WithoutAKnownHysteresisNoBandStatesOne) {
   base::Random random(22);
-  const CurveFit unknown = fit(unit_rows(way(-30.0, 70.0, 5.0), 4, random));
+  const CurveFit unknown = fitted_curve(unit_rows(way(-30.0, 70.0, 5.0), 4, random));
   EXPECT_FALSE(unknown.budget[2].stated());
   EXPECT_EQ(unknown.one_way.known.source, HysteresisSource::none);
 }
@@ -162,7 +162,7 @@ TEST(OneWay, AKnownHysteresisWidensBothBandsWhereOneWayWasRecordedAndNowhereElse
   base::Random random(23);
   const KnownHysteresis known{0.5 * kGap, HysteresisSource::type};
   Path cut = way(-30.0, 70.0, 5.0) + way(65.0, 30.0, 5.0);
-  const CurveFit result = fit(unit_rows(cut, 4, random), known);
+  const CurveFit result = fitted_curve(unit_rows(cut, 4, random), known);
   const Contribution& part = result.budget[2];
   EXPECT_EQ(part.name, "hysteresis");
   EXPECT_EQ(part.type, 'B');
@@ -181,8 +181,8 @@ TEST(OneWay, AKnownHysteresisWidensBothBandsWhereOneWayWasRecordedAndNowhereElse
   // A campaign that went both ways is left as it was.
   base::Random again(24);
   const CurveData whole = unit_rows(both_ways(5.0), 4, again);
-  EXPECT_EQ(fit(whole, known).points[50].ci95, fit(whole).points[50].ci95);
-  EXPECT_EQ(fit(whole, known).points[50].pi95, fit(whole).points[50].pi95);
+  EXPECT_EQ(fitted_curve(whole, known).points[50].ci95, fitted_curve(whole).points[50].ci95);
+  EXPECT_EQ(fitted_curve(whole, known).points[50].pi95, fitted_curve(whole).points[50].pi95);
 }
 
 TEST(OneWay, WithTheTypesValueTheBandsHoldTheOtherBranch) {
@@ -195,12 +195,12 @@ TEST(OneWay, WithTheTypesValueTheBandsHoldTheOtherBranch) {
     const CurveData data = unit_rows(way(-30.0, 70.0, 5.0), 3, random);
     const double temp_c = -25.0 + 90.0 * random.uniform();
     const double middle = branch_at(temp_c, 0.0);
-    const double cooling = branch_at(temp_c, 1.0) + kRunSigma * random.gaussian();
+    const double cooling = branch_at(temp_c, 1.0) + kPowerOnSigma * random.gaussian();
     const auto near = [&](const CurveFit& fitted) {
       return *std::ranges::min_element(fitted.points, {},
                                        [&](const CurvePoint& point) { return std::abs(point.temp_c - temp_c); });
     };
-    const CurveFit stated = fit(data, {0.5 * kGap, HysteresisSource::type});
+    const CurveFit stated = fitted_curve(data, {0.5 * kGap, HysteresisSource::type});
     inside_mean += std::abs(evaluate(stated.curve, temp_c) - middle) <= near(stated).ci95 ? 1 : 0;
     inside_fresh += std::abs(evaluate(stated.curve, temp_c) - cooling) <= *near(stated).pi95 ? 1 : 0;
   }

@@ -2,20 +2,19 @@
 // Which thermometer the rows of a fit are over.
 #include <gtest/gtest.h>
 
+#include "base/units.h"
 #include "calib/estimate/unit_rows.h"
 #include "tests/errors.h"
 
 namespace soak::calib {
 namespace {
 
-constexpr double kG = 9.80665;
-
 /// Six positions at three plateaus; gyro_x reads its own thermometer, `apart_c` from the unit's.
 RunInput make_run(const std::string& label, double apart_c) {
   RunInput run;
   run.run_id = run.label = label;
   run.campaign = "c";
-  run.site.gravity_mps2 = kG;
+  run.site.gravity_mps2 = base::kStandardGravity_mps2;
   double t_s = 0.0;
   for (int visit = 0; visit < 3; ++visit) {
     for (const auto name : kSixPositionLabels) {
@@ -29,7 +28,7 @@ RunInput make_run(const std::string& label, double apart_c) {
       s.sensor_temp_c.fill(s.temp_c);
       s.sensor_temp_c[0] += apart_c;
       for (const Sensor sensor : kSensors) {
-        const double f = is_gyro(sensor) ? 0.0 : kG * s.position->up[axis_of(sensor)];
+        const double f = is_gyro(sensor) ? 0.0 : base::kStandardGravity_mps2 * s.position->up[axis_of(sensor)];
         s.sensor[index_of(sensor)] = {600, f + 1e-6 * t_s, 1e-6, 1e-5};
       }
       run.segments.push_back(s);

@@ -21,7 +21,7 @@ using namespace samples;
 using Six = std::array<float, 6>;
 
 constexpr double kWidth_c = 8.0;
-constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+constexpr float kNoTemperature = std::numeric_limits<float>::quiet_NaN();
 constexpr Six kRaw = {0.1F, -0.2F, 0.3F, 1.0F, -2.0F, 9.8F};
 
 /// gyro_x remembers with the size of 0.02 + 1e-4 (T - 20) rad/s; its curve keeps 0.004 at 0 °C to 0.008 at 40 °C.
@@ -46,20 +46,20 @@ Calibration with(std::vector<AcceptedTerm> terms) {
 }
 
 /// A file in memory with what the runtime loads from it.
-struct Loaded {
+struct Device {
   base::Bytes bytes;
   soak_cal cal{};
   soak_terms terms{};
   soak_history history{};
   soak_status status = SOAK_E_ARGUMENT;
 
-  explicit Loaded(const Calibration& calibration) : bytes(*encode(calibration)) {
+  explicit Device(const Calibration& calibration) : bytes(*encode(calibration)) {
     EXPECT_EQ(soak_load(&cal, bytes.data(), bytes.size()), SOAK_OK);
     EXPECT_GE(soak_load_terms(&terms, &cal), SOAK_OK);
     status = soak_load_history(&history, &cal);
   }
-  Loaded(const Loaded&) = delete;
-  Loaded& operator=(const Loaded&) = delete;
+  Device(const Device&) = delete;
+  Device& operator=(const Device&) = delete;
 
   void go(double from_c, double to_c) {
     constexpr int kSteps = 200;
@@ -83,7 +83,7 @@ struct Loaded {
 };
 
 TEST(RuntimeHistory, TakesOffWhatTheMemoryAddsBeyondTheMean) {
-  Loaded device(with({memory_of_gyro_x()}));
+  Device device(with({memory_of_gyro_x()}));
   ASSERT_EQ(device.status, SOAK_OK);
   soak_history_start(&device.history, -1.0F);
   device.go(0.0, 30.0);
@@ -101,19 +101,19 @@ TEST(RuntimeHistory, TakesOffWhatTheMemoryAddsBeyondTheMean) {
 }
 
 TEST(RuntimeHistory, OfAnUnknownPastIsZeroAndKnownWithTheWay) {
-  Loaded device(with({memory_of_gyro_x()}));
+  Device device(with({memory_of_gyro_x()}));
   float bound = 0.0F;
   ASSERT_EQ(soak_history_unknown(&device.history, SOAK_GYRO_X, 20.0F, &bound), SOAK_OK);
   EXPECT_FLOAT_EQ(bound, 0.02F);
   EXPECT_EQ(soak_history_unknown(&device.history, SOAK_GYRO_Y, 20.0F, &bound), SOAK_OK);
   EXPECT_EQ(bound, 0.0F);
-  Loaded heated(with({memory_of_gyro_x()}));
-  Loaded cooled(with({memory_of_gyro_x()}));
+  Device heated(with({memory_of_gyro_x()}));
+  Device cooled(with({memory_of_gyro_x()}));
   soak_history_start(&heated.history, 1.0F);
   soak_history_start(&cooled.history, -1.0F);
   double from_c = 20.0;
   for (const double to_c : {26.0, 14.0, 30.0, 29.0}) {
-    for (Loaded* each : {&device, &heated, &cooled}) each->go(from_c, to_c);
+    for (Device* each : {&device, &heated, &cooled}) each->go(from_c, to_c);
     ASSERT_EQ(soak_history_unknown(&device.history, SOAK_GYRO_X, 20.0F, &bound), SOAK_OK);
     const double off = 0.02 * std::max(std::abs(device.history.state.memory[0] - heated.history.state.memory[0]),
                                        std::abs(device.history.state.memory[0] - cooled.history.state.memory[0]));
@@ -127,23 +127,23 @@ TEST(RuntimeHistory, OfAnUnknownPastIsZeroAndKnownWithTheWay) {
 }
 
 TEST(RuntimeHistory, HoldsWhereTheThermometerFails) {
-  Loaded device(with({memory_of_gyro_x()}));
+  Device device(with({memory_of_gyro_x()}));
   soak_history_start(&device.history, 1.0F);
-  for (const float bad : {kNaN, std::numeric_limits<float>::infinity(), -300.0F, 1e9F}) {
+  for (const float bad : {kNoTemperature, std::numeric_limits<float>::infinity(), -300.0F, 1e9F}) {
     EXPECT_EQ(soak_history_step(&device.history, bad), SOAK_INVALID);
     EXPECT_EQ(device.history.state.begun, 0U);
   }
   device.go(20.0, 10.0);
   const float before = device.history.state.memory[0];
-  for (const float bad : {kNaN, -std::numeric_limits<float>::infinity(), -300.0F, 1e9F}) {
+  for (const float bad : {kNoTemperature, -std::numeric_limits<float>::infinity(), -300.0F, 1e9F}) {
     EXPECT_EQ(soak_history_step(&device.history, bad), SOAK_INVALID);
   }
   EXPECT_EQ(device.history.state.memory[0], before);
   Six out{};
   std::uint32_t flags = 0;
-  EXPECT_EQ(
-      soak_apply_history(&device.cal, &device.terms, &device.history, kNaN, 0.0F, kRaw.data(), out.data(), &flags),
-      SOAK_INVALID);
+  EXPECT_EQ(soak_apply_history(&device.cal, &device.terms, &device.history, kNoTemperature, 0.0F, kRaw.data(),
+                               out.data(), &flags),
+            SOAK_INVALID);
   EXPECT_EQ(out, kRaw);
   // A gap counts as one way.
   EXPECT_EQ(soak_history_step(&device.history, 40.0F), SOAK_OK);
@@ -151,10 +151,10 @@ TEST(RuntimeHistory, HoldsWhereTheThermometerFails) {
 }
 
 TEST(RuntimeHistory, GoesOnAfterAPowerCycle) {
-  Loaded device(with({memory_of_gyro_x()}));
+  Device device(with({memory_of_gyro_x()}));
   device.go(20.0, 35.0);
   const soak_memory kept = device.history.state;
-  Loaded restarted(with({memory_of_gyro_x()}));
+  Device restarted(with({memory_of_gyro_x()}));
   ASSERT_EQ(soak_history_resume(&restarted.history, &kept), SOAK_OK);
   device.go(34.0, 12.0);
   restarted.go(34.0, 12.0);
@@ -165,15 +165,15 @@ TEST(RuntimeHistory, GoesOnAfterAPowerCycle) {
   EXPECT_EQ(soak_history_resume(&restarted.history, &broken), SOAK_INVALID);
   EXPECT_EQ(restarted.history.state.unknown[0], 1.0F);
   broken = kept;
-  broken.followed_c = kNaN;
+  broken.followed_c = kNoTemperature;
   EXPECT_EQ(soak_history_resume(&restarted.history, &broken), SOAK_INVALID);
 }
 
 TEST(RuntimeHistory, IsTheSameAsCAndWithoutItAsAlways) {
   const Calibration calibration =
       with({memory_of_gyro_x(), {"temperature_rate", false, {Sensor::gyro_x}, {{"per_kps", 0.01}}}});
-  Loaded device(calibration);
-  const Six path = {5.0F, 25.0F, 12.0F, 12.1F, kNaN, 30.0F};
+  Device device(calibration);
+  const Six path = {5.0F, 25.0F, 12.0F, 12.1F, kNoTemperature, 30.0F};
   for (const float temp_c : path) (void)soak_history_step(&device.history, temp_c);
   std::uint32_t flags = 0;
   const Six out = device.apply(30.0, kRaw, flags);
@@ -185,7 +185,7 @@ TEST(RuntimeHistory, IsTheSameAsCAndWithoutItAsAlways) {
   EXPECT_EQ(in_c, out);
   EXPECT_EQ(flags_in_c, flags);
 
-  Loaded without(with({}));
+  Device without(with({}));
   EXPECT_EQ(without.status, SOAK_ABSENT);
   without.go(0.0, 30.0);
   EXPECT_EQ(without.apply(30.0, kRaw, flags), without.still(30.0, kRaw));
@@ -227,7 +227,7 @@ void expect_refused(const base::Bytes& file) {
 TEST(RuntimeHistory, PassesOverWhatIsLabOnlyAndRefusesWhatBreaksTheFormat) {
   AcceptedTerm lab_only = memory_of_gyro_x();
   lab_only.lab_only = true;
-  EXPECT_EQ(Loaded(with({lab_only})).status, SOAK_ABSENT);
+  EXPECT_EQ(Device(with({lab_only})).status, SOAK_ABSENT);
   // No writer of ours makes such files: numbers are changed in the bytes, names by a letter of their own.
   const auto bytes = *encode(with({memory_of_gyro_x()}));
   for (const auto& [parameter, value] : {std::pair<std::size_t, float>{2, 0.0F}, {2, -3.0F}, {6, 0.0F}, {6, -1.0F}}) {
@@ -273,7 +273,7 @@ TEST(RuntimeHistory, OfAnOlderFileIsReadAndNotFollowed) {
 }
 
 TEST(RuntimeHistory, StaysWithinItsBoundsWhateverTheThermometerSays) {
-  Loaded device(with({memory_of_gyro_x()}));
+  Device device(with({memory_of_gyro_x()}));
   std::uint32_t random = 7U;
   for (int k = 0; k < 20000; ++k) {
     random = random * 1664525U + 1013904223U;
@@ -301,7 +301,7 @@ TEST(DeployedTerms, OfAMemoryCarryItsMeanAndComeBackWithIt) {
   EXPECT_EQ(back[0].parts[0].centre, part.centre);
   EXPECT_EQ(back[0].parts[0].value("width_c"), 6.0);
   EXPECT_FALSE(back[0].parts[0].value("starts_along")) << "that is of the recording it was found in";
-  EXPECT_EQ(Loaded(calibration).history.means[2], 3U);
+  EXPECT_EQ(Device(calibration).history.means[2], 3U);
 
   // What float32 cannot hold apart, or the file not at all, stays in the laboratory.
   term.parts[0].centre = {{20.0, 0.5}, {20.0 + 1e-9, 0.6}};

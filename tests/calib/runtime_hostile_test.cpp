@@ -17,21 +17,21 @@ namespace {
 
 using namespace samples;
 
-const float kTemperatures[] = {-30.0F,
-                               -29.9F,
-                               0.0F,
-                               20.0F,
-                               69.99F,
-                               70.0F,
-                               1e9F,
-                               -1e9F,
-                               1e-40F,
-                               std::numeric_limits<float>::quiet_NaN(),
-                               std::numeric_limits<float>::infinity()};
+const float kHostileTemperatures[] = {-30.0F,
+                                      -29.9F,
+                                      0.0F,
+                                      20.0F,
+                                      69.99F,
+                                      70.0F,
+                                      1e9F,
+                                      -1e9F,
+                                      1e-40F,
+                                      std::numeric_limits<float>::quiet_NaN(),
+                                      std::numeric_limits<float>::infinity()};
 
 void evaluate_everything(const soak_cal& cal) {
   const float raw[6] = {0.1F, -0.2F, 0.3F, 1.0F, -2.0F, 9.8F};
-  for (const float temp_c : kTemperatures) {
+  for (const float temp_c : kHostileTemperatures) {
     for (int sensor = 0; sensor < SOAK_SENSORS; ++sensor) {
       float a = 0.0F;
       float b = 0.0F;

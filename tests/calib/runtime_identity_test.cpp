@@ -8,19 +8,13 @@
 #include "calib/deploy/calibration_file.h"
 #include "calib/runtime/soak_runtime.h"
 #include "tests/calib/calibration_file_samples.h"
+#include "tests/calib/loaded_file.h"
 
 namespace soak::calib {
 namespace {
 
 using samples::golden_fis;
-
-struct Loaded {
-  explicit Loaded(const Calibration& calibration) : bytes(*encode(calibration)) {
-    EXPECT_EQ(soak_load(&cal, bytes.data(), bytes.size()), SOAK_OK);
-  }
-  base::Bytes bytes;
-  soak_cal cal{};
-};
+using samples::Loaded;
 
 TEST(Identity, IsThatOfTheCalibration) {
   Calibration calibration = golden_fis();

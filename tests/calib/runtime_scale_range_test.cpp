@@ -11,6 +11,7 @@
 #include "calib/deploy/table_form.h"
 #include "calib/runtime/soak_runtime.h"
 #include "tests/calib/calibration_file_samples.h"
+#include "tests/calib/loaded_file.h"
 
 namespace soak::calib {
 namespace {
@@ -18,7 +19,7 @@ namespace {
 using namespace samples;
 using Six = std::array<float, 6>;
 
-constexpr Six kRaw = {0.1F, -0.2F, 0.3F, 1.0F, -2.0F, 9.8F};
+constexpr Six kReadings = {0.1F, -0.2F, 0.3F, 1.0F, -2.0F, 9.8F};
 
 /// accel_x valid from -30 to 70 °C, its scale known from 0.25 to 60.5 °C only.
 Calibration with_scale(const Curve& scale_ppm) {
@@ -44,14 +45,6 @@ std::vector<std::pair<std::string, Calibration>> forms() {
           {"coarse table form of a FIS", *table_form(model, 7)},
           {"table form of a spline", *table_form(line, 50)}};
 }
-
-struct Loaded {
-  explicit Loaded(const Calibration& calibration) : bytes(*encode(calibration)) {
-    EXPECT_EQ(soak_load(&cal, bytes.data(), bytes.size()), SOAK_OK);
-  }
-  base::Bytes bytes;
-  soak_cal cal{};
-};
 
 soak_status scale_at(const Loaded& file, float temp_c, float* value) {
   return soak_scale_ppm(&file.cal, SOAK_ACCEL_X, temp_c, value);
@@ -80,13 +73,13 @@ TEST(ScaleRange, ACorrectedSampleIsFlaggedOutsideIt) {
     Six out{};
     std::uint32_t flags = 0;
     const std::uint32_t others = 0x00003F00U & ~SOAK_FLAG_ABSENT(3U);
-    EXPECT_EQ(soak_apply(&file.cal, -10.0F, kRaw.data(), out.data(), &flags), SOAK_ABSENT);
+    EXPECT_EQ(soak_apply(&file.cal, -10.0F, kReadings.data(), out.data(), &flags), SOAK_ABSENT);
     EXPECT_EQ(flags, SOAK_FLAG_SCALE(3U) | others) << name;
-    EXPECT_NE(out[3], kRaw[3]) << name;
-    EXPECT_EQ(soak_apply(&file.cal, 20.0F, kRaw.data(), out.data(), &flags), SOAK_ABSENT);
+    EXPECT_NE(out[3], kReadings[3]) << name;
+    EXPECT_EQ(soak_apply(&file.cal, 20.0F, kReadings.data(), out.data(), &flags), SOAK_ABSENT);
     EXPECT_EQ(flags, others) << name;
     // beyond the valid range nothing was measured at all, which is said once
-    EXPECT_EQ(soak_apply(&file.cal, -40.0F, kRaw.data(), out.data(), &flags), SOAK_ABSENT);
+    EXPECT_EQ(soak_apply(&file.cal, -40.0F, kReadings.data(), out.data(), &flags), SOAK_ABSENT);
     EXPECT_EQ(flags, SOAK_FLAG_CLAMPED(3U) | others) << name;
   }
 }
@@ -97,8 +90,8 @@ TEST(ScaleRange, AloneIsNotOk) {
   const Loaded file(calibration);
   Six out{};
   std::uint32_t flags = 0;
-  EXPECT_EQ(soak_apply(&file.cal, 50.0F, kRaw.data(), out.data(), &flags), SOAK_OK);
-  EXPECT_EQ(soak_apply(&file.cal, 50.01F, kRaw.data(), out.data(), &flags), SOAK_CLAMPED);
+  EXPECT_EQ(soak_apply(&file.cal, 50.0F, kReadings.data(), out.data(), &flags), SOAK_OK);
+  EXPECT_EQ(soak_apply(&file.cal, 50.01F, kReadings.data(), out.data(), &flags), SOAK_CLAMPED);
   EXPECT_EQ(flags, SOAK_FLAG_SCALE(4U));
 }
 
@@ -110,7 +103,7 @@ TEST(ScaleRange, ThatIsTheValidRangeIsNeverFlaggedInAnyForm) {
       std::uint32_t flags = 0;
       const float temp_c = -30.0F + 0.1F * static_cast<float>(i);
       if (temp_c > 70.0F) continue;
-      EXPECT_EQ(soak_apply(&file.cal, temp_c, kRaw.data(), out.data(), &flags), SOAK_OK) << temp_c;
+      EXPECT_EQ(soak_apply(&file.cal, temp_c, kReadings.data(), out.data(), &flags), SOAK_OK) << temp_c;
     }
   }
 }

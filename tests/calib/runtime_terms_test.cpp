@@ -19,7 +19,7 @@ using Six = std::array<float, 6>;
 
 constexpr double kRate_kps = 0.02;
 constexpr double kTemp_c = 31.0;
-constexpr std::array<double, 6> kTruth = {0.02, -0.01, 0.3, 1.5, -2.5, 9.3};
+constexpr std::array<double, 6> kTrueSix = {0.02, -0.01, 0.3, 1.5, -2.5, 9.3};
 
 /// One effect of each kind that the runtime corrects, and two that it cannot; one accelerometer is not in the file.
 Calibration with_terms() {
@@ -42,13 +42,13 @@ Six moving_reading(const Calibration& calibration) {
   Six raw{};
   for (const SensorCalibration& sensor : calibration.sensors) {
     const std::size_t i = index_of(sensor.sensor);
-    double value = kTruth[i] * (1.0 + 1e-6 * (sensor.scale_ppm ? evaluate(*sensor.scale_ppm, element_c) : 0.0)) +
+    double value = kTrueSix[i] * (1.0 + 1e-6 * (sensor.scale_ppm ? evaluate(*sensor.scale_ppm, element_c) : 0.0)) +
                    evaluate(sensor.bias, element_c);
     const auto& cross = i < 3 ? calibration.g_sensitivity : calibration.accel_misalignment;
-    for (std::size_t j = 0; cross && j < 3; ++j) value += (*cross)[i % 3][j] * kTruth[3 + j];
+    for (std::size_t j = 0; cross && j < 3; ++j) value += (*cross)[i % 3][j] * kTrueSix[3 + j];
     if (sensor.sensor == Sensor::gyro_x) value += (0.01 + 2e-4 * (kTemp_c - 20.0)) * kRate_kps;
     if (sensor.sensor == Sensor::accel_z) value += -0.4 * kRate_kps;
-    if (sensor.sensor == Sensor::accel_y) value += (kTemp_c - 25.0) * (2e-5 * kTruth[5] - 3e-5 * kTruth[3]);
+    if (sensor.sensor == Sensor::accel_y) value += (kTemp_c - 25.0) * (2e-5 * kTrueSix[5] - 3e-5 * kTrueSix[3]);
     raw[i] = static_cast<float>(value);
   }
   return raw;
@@ -71,7 +71,7 @@ TEST(RuntimeTerms, CorrectWhatTheTemperatureAndItsRateTell) {
             SOAK_ABSENT);
   for (const SensorCalibration& sensor : calibration.sensors) {
     const std::size_t i = index_of(sensor.sensor);
-    EXPECT_NEAR(out[i], kTruth[i], 2e-6 * (1.0 + std::abs(raw[i]))) << name_of(sensor.sensor);
+    EXPECT_NEAR(out[i], kTrueSix[i], 2e-6 * (1.0 + std::abs(raw[i]))) << name_of(sensor.sensor);
   }
   Six in_c{};
   EXPECT_EQ(runtime_as_c_apply_moving(bytes->data(), bytes->size(), static_cast<float>(kTemp_c),

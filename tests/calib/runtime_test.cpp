@@ -8,25 +8,18 @@
 #include "calib/deploy/calibration_file.h"
 #include "calib/runtime/soak_runtime.h"
 #include "tests/calib/calibration_file_samples.h"
+#include "tests/calib/loaded_file.h"
 
 namespace soak::calib {
 namespace {
 
 using namespace samples;
 
-constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+constexpr float kNoReading = std::numeric_limits<float>::quiet_NaN();
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 using Six = std::array<float, 6>;
 
 /// A file and the runtime's view of it.
-struct Loaded {
-  explicit Loaded(const Calibration& calibration) : bytes(*encode(calibration)) {
-    EXPECT_EQ(soak_load(&cal, bytes.data(), bytes.size()), SOAK_OK);
-  }
-  base::Bytes bytes;
-  soak_cal cal{};
-};
-
 struct Applied {
   soak_status status;
   Six out;
@@ -130,7 +123,7 @@ TEST(Runtime, UnknownScaleIsAbsentNotZero) {
 TEST(Runtime, TemperatureThatIsNoNumberLeavesAllSensorsUncorrected) {
   const Loaded file(golden_fis());
   const Six raw = {0.1F, 0.2F, 0.3F, 1.0F, 2.0F, 9.8F};
-  for (const float temp_c : {kNaN, kInfinity, -kInfinity}) {
+  for (const float temp_c : {kNoReading, kInfinity, -kInfinity}) {
     const Applied result = apply(file.cal, temp_c, raw);
     EXPECT_EQ(result.status, SOAK_INVALID);
     EXPECT_EQ(result.flags & 0x003F0000U, 0x003F0000U);
@@ -145,7 +138,7 @@ TEST(Runtime, OneBadAccelerometerDoesNotSpoilTheOthers) {
   const Loaded file(golden_mixed());
   const Six good = {0.1F, 0.2F, 0.3F, 1.0F, 2.0F, 9.8F};
   const Applied expected = apply(file.cal, 20.0F, good);
-  for (const float bad : {kNaN, kInfinity}) {
+  for (const float bad : {kNoReading, kInfinity}) {
     Six raw = good;
     raw[3] = bad;
     const Applied result = apply(file.cal, 20.0F, raw);
@@ -162,7 +155,7 @@ TEST(Runtime, OneBadGyroSpoilsOnlyItself) {
   const Loaded file(golden_fis());
   Six raw = {0.1F, 0.2F, 0.3F, 1.0F, 2.0F, 9.8F};
   const Applied expected = apply(file.cal, 20.0F, raw);
-  raw[0] = kNaN;
+  raw[0] = kNoReading;
   const Applied result = apply(file.cal, 20.0F, raw);
   EXPECT_EQ(result.flags, SOAK_FLAG_INVALID(0U));
   EXPECT_TRUE(std::isnan(result.out[0]));
@@ -187,7 +180,7 @@ TEST(Runtime, ImplausibleScaleLeavesTheSensorOutLikeAReadingThatIsNoNumber) {
     EXPECT_EQ(result.flags, SOAK_FLAG_INVALID(3U) | SOAK_FLAG_ABSENT(1U) | SOAK_FLAG_UNCOUPLED);
     EXPECT_EQ(result.out[3], raw[3]);
     Six without = raw;
-    without[3] = kNaN;
+    without[3] = kNoReading;
     const Applied expected = apply(file.cal, 20.0F, without);
     for (const std::size_t i : {0U, 2U, 4U, 5U}) EXPECT_EQ(result.out[i], expected.out[i]);
   }
@@ -216,7 +209,7 @@ TEST(Runtime, UncertaintyIsLinearBetweenItsPointsAndHeldBeyond) {
   EXPECT_FLOAT_EQ(pi95, 6.25e-4F);
   EXPECT_EQ(soak_uncertainty(&file.cal, SOAK_GYRO_X, 100.0F, &ci95, &pi95), SOAK_CLAMPED);
   EXPECT_FLOAT_EQ(ci95, 2e-4F);
-  EXPECT_EQ(soak_uncertainty(&file.cal, SOAK_GYRO_X, kNaN, &ci95, &pi95), SOAK_INVALID);
+  EXPECT_EQ(soak_uncertainty(&file.cal, SOAK_GYRO_X, kNoReading, &ci95, &pi95), SOAK_INVALID);
   EXPECT_TRUE(std::isnan(ci95) && std::isnan(pi95));
 }
 

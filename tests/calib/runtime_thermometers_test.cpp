@@ -12,6 +12,7 @@
 #include "calib/deploy/table_form.h"
 #include "calib/runtime/soak_terms.h"
 #include "tests/calib/calibration_file_samples.h"
+#include "tests/calib/loaded_file.h"
 #include "tests/errors.h"
 
 namespace soak::calib {
@@ -20,27 +21,12 @@ namespace {
 using samples::get;
 using samples::golden_fis;
 using samples::golden_thermometers;
+using samples::head_of;
+using samples::Loaded;
 using Six = std::array<float, 6>;
 
-constexpr Six kRaw = {0.1F, -0.2F, 0.3F, 1.0F, -2.0F, 9.8F};
+constexpr Six kSixReadings = {0.1F, -0.2F, 0.3F, 1.0F, -2.0F, 9.8F};
 constexpr std::uint16_t kThermometers = 0x0024;
-
-struct Loaded {
-  explicit Loaded(const Calibration& calibration) : bytes(*encode(calibration)) {
-    EXPECT_EQ(soak_load(&cal, bytes.data(), bytes.size()), SOAK_OK);
-  }
-  base::Bytes bytes;
-  soak_cal cal{};
-};
-
-/// Offset of the head of the first section of a type; 0 if there is none.
-std::size_t head_of(const base::Bytes& bytes, std::uint16_t type) {
-  for (std::size_t at = get<std::uint32_t>(bytes, 16); at + 12 <= bytes.size();
-       at += 8 + get<std::uint32_t>(bytes, at + 4)) {
-    if (get<std::uint16_t>(bytes, at) == type) return at;
-  }
-  return 0;
-}
 
 TEST(Thermometers, ReadersThatDoNotKnowThemRefuseTheFile) {
   base::Bytes bytes = *encode(golden_thermometers());
@@ -80,12 +66,12 @@ TEST(Thermometers, OneTemperatureLeavesTheirSensorsRawAndCannotBeMissed) {
   Six out{};
   Six expected{};
   std::uint32_t flags = 0;
-  EXPECT_EQ(soak_apply(&file.cal, 20.0F, kRaw.data(), out.data(), &flags), SOAK_INVALID);
+  EXPECT_EQ(soak_apply(&file.cal, 20.0F, kSixReadings.data(), out.data(), &flags), SOAK_INVALID);
   EXPECT_EQ(flags, SOAK_FLAG_THERMOMETER | SOAK_FLAG_INVALID(0U) | SOAK_FLAG_INVALID(5U));
-  ASSERT_EQ(soak_apply(&plain.cal, 20.0F, kRaw.data(), expected.data(), &flags), SOAK_OK);
+  ASSERT_EQ(soak_apply(&plain.cal, 20.0F, kSixReadings.data(), expected.data(), &flags), SOAK_OK);
   for (std::size_t i = 0; i < 6; ++i) {
     if (i == 0 || i == 5) {
-      EXPECT_EQ(out[i], kRaw[i]) << i;
+      EXPECT_EQ(out[i], kSixReadings[i]) << i;
     } else {
       EXPECT_FLOAT_EQ(out[i], expected[i]) << i;  // the three accelerometers share a determinant
     }
@@ -98,11 +84,11 @@ TEST(Thermometers, EachSensorIsCorrectedAtItsOwnTemperature) {
   const Six temps_c = {33.0F, 25.0F, 25.0F, 25.0F, 25.0F, 11.5F};
   Six out{};
   std::uint32_t flags = 0;
-  ASSERT_EQ(soak_apply_temps(&file.cal, temps_c.data(), kRaw.data(), out.data(), &flags), SOAK_OK);
+  ASSERT_EQ(soak_apply_temps(&file.cal, temps_c.data(), kSixReadings.data(), out.data(), &flags), SOAK_OK);
   EXPECT_EQ(flags, 0U);
   for (std::size_t i = 0; i < 6; ++i) {
     Six at_one{};
-    ASSERT_EQ(soak_apply(&plain.cal, temps_c[i], kRaw.data(), at_one.data(), &flags), SOAK_OK);
+    ASSERT_EQ(soak_apply(&plain.cal, temps_c[i], kSixReadings.data(), at_one.data(), &flags), SOAK_OK);
     EXPECT_FLOAT_EQ(out[i], at_one[i]) << i;  // without couplings a sensor knows its own temperature alone
   }
 }
@@ -112,12 +98,12 @@ TEST(Thermometers, OneOutOfRangeOrUnknownConcernsItsSensorAlone) {
   Six temps_c = {20.0F, 20.0F, 20.0F, 20.0F, 20.0F, 70.5F};
   Six out{};
   std::uint32_t flags = 0;
-  EXPECT_EQ(soak_apply_temps(&file.cal, temps_c.data(), kRaw.data(), out.data(), &flags), SOAK_CLAMPED);
+  EXPECT_EQ(soak_apply_temps(&file.cal, temps_c.data(), kSixReadings.data(), out.data(), &flags), SOAK_CLAMPED);
   EXPECT_EQ(flags, SOAK_FLAG_CLAMPED(5U));
   temps_c[5] = NAN;
-  EXPECT_EQ(soak_apply_temps(&file.cal, temps_c.data(), kRaw.data(), out.data(), &flags), SOAK_INVALID);
+  EXPECT_EQ(soak_apply_temps(&file.cal, temps_c.data(), kSixReadings.data(), out.data(), &flags), SOAK_INVALID);
   EXPECT_EQ(flags, SOAK_FLAG_INVALID(5U));
-  EXPECT_EQ(out[5], kRaw[5]);
+  EXPECT_EQ(out[5], kSixReadings[5]);
 }
 
 TEST(Thermometers, TemperaturesThatMoveAreNotTakenForTheirs) {
@@ -126,9 +112,9 @@ TEST(Thermometers, TemperaturesThatMoveAreNotTakenForTheirs) {
   ASSERT_EQ(soak_load_terms(&terms, &file.cal), SOAK_ABSENT);
   Six out{};
   std::uint32_t flags = 0;
-  EXPECT_EQ(soak_apply_moving(&file.cal, &terms, 20.0F, 0.01F, kRaw.data(), out.data(), &flags), SOAK_INVALID);
+  EXPECT_EQ(soak_apply_moving(&file.cal, &terms, 20.0F, 0.01F, kSixReadings.data(), out.data(), &flags), SOAK_INVALID);
   EXPECT_NE(flags & SOAK_FLAG_THERMOMETER, 0U);
-  EXPECT_EQ(out[0], kRaw[0]);
+  EXPECT_EQ(out[0], kSixReadings[0]);
 }
 
 TEST(Thermometers, RuntimeSaysWhichSensorsHaveOne) {

@@ -14,10 +14,8 @@
 namespace soak::calib {
 namespace {
 
-constexpr double kG = 9.80665;
-
 /// A unit's truth at a temperature, and the fixture's place on Earth; readings follow the design's sign rule.
-struct Truth {
+struct TrueUnit {
   std::function<double(double)> gyro_bias = [](double) { return 0.01; };
   std::function<double(double)> accel_bias = [](double) { return 0.05; };
   std::function<double(double)> scale_ppm = [](double t) { return 2000.0 + 30.0 * t; };
@@ -40,7 +38,7 @@ struct Options {
 };
 
 /// Segments of one run, positions ten minutes apart; noise is that of the segment means.
-std::vector<Segment> make_segments(const Truth& truth, const Options& options) {
+std::vector<Segment> make_segments(const TrueUnit& truth, const Options& options) {
   std::vector<Segment> segments;
   base::Random random(options.seed);
   double t_s = 0.0;
@@ -57,13 +55,13 @@ std::vector<Segment> make_segments(const Truth& truth, const Options& options) {
       s.temp_c = options.plateaus[p] + options.wander_c * (order % 3 - 1);
       s.sensor_temp_c.fill(s.temp_c);
       const Vector3& up = s.position->up;
-      const double f = kG * up[0];
+      const double f = base::kStandardGravity_mps2 * up[0];
       double accel = truth.accel_bias(s.temp_c) + truth.sign_at_rest * ((1 + truth.scale_ppm(s.temp_c) * 1e-6) * f);
       double gyro = truth.gyro_bias(s.temp_c) + truth.vertical_rate_rps * up[0] +
                     (p % 2 == 0 ? 1.0 : -1.0) * truth.drift_per_hour * (600.0 * (order - 2.5)) / 3600.0;
       for (std::size_t j = 0; j < 3; ++j) {
-        accel += truth.sign_at_rest * truth.accel_row[j] * kG * up[j];
-        gyro += truth.gyro_row[j] * kG * up[j];
+        accel += truth.sign_at_rest * truth.accel_row[j] * base::kStandardGravity_mps2 * up[j];
+        gyro += truth.gyro_row[j] * base::kStandardGravity_mps2 * up[j];
       }
       // A fixture at rest on its faces: the horizontal part of the Earth's rate differs from face to face.
       if (up[0] == 0.0) gyro += truth.earth_horizontal[static_cast<std::size_t>(order) % 3];
@@ -82,10 +80,12 @@ std::vector<Segment> make_segments(const Truth& truth, const Options& options) {
 
 const SensorEstimate& gyro_of(const SixPositionEstimate& e) { return e.sensor[0]; }
 const SensorEstimate& accel_of(const SixPositionEstimate& e) { return e.sensor[3]; }
-Site standard_site() { return {.latitude_deg = {}, .height_m = {}, .azimuth_deg = {}, .gravity_mps2 = kG}; }
+Site standard_site() {
+  return {.latitude_deg = {}, .height_m = {}, .azimuth_deg = {}, .gravity_mps2 = base::kStandardGravity_mps2};
+}
 
 TEST(SixPosition, RecoversNoiseFreeTruthExactly) {
-  Truth truth;
+  TrueUnit truth;
   truth.gyro_bias = [](double t) { return 1e-3 * t; };
   truth.accel_bias = [](double t) { return 0.1 - 2e-3 * t; };
   const auto e = estimate_six_positions(make_segments(truth, {}), standard_site(), {});
@@ -111,12 +111,12 @@ TEST(SixPosition, AgreesWithTheCorrectedUpDownFormulas) {
   const double up = segments[0].sensor[3].mean;
   const double down = segments[1].sensor[3].mean;
   EXPECT_NEAR(accel_of(e).plateaus[0].bias, 0.5 * (up + down), 1e-9);
-  EXPECT_NEAR(*accel_of(e).plateaus[0].scale_ppm, 1e6 * ((up - down) / (2 * kG) - 1),
+  EXPECT_NEAR(*accel_of(e).plateaus[0].scale_ppm, 1e6 * ((up - down) / (2 * base::kStandardGravity_mps2) - 1),
               40.0);  // drift term shares a little
 }
 
 TEST(SixPosition, AUnitThatReadsMinusGAtRestGivesTheSameScale) {
-  Truth truth;
+  TrueUnit truth;
   truth.sign_at_rest = -1;
   UnitType type;
   type.sign_at_rest = -1;
@@ -126,7 +126,7 @@ TEST(SixPosition, AUnitThatReadsMinusGAtRestGivesTheSameScale) {
 }
 
 TEST(SixPosition, EarthRateOfUnknownAzimuthDoesNotReachTheBias) {
-  Truth truth;
+  TrueUnit truth;
   truth.vertical_rate_rps = 5e-5;
   truth.earth_horizontal = {4e-5, -3e-5, 1e-5};
   const auto e = estimate_six_positions(make_segments(truth, {}), standard_site(), {});
@@ -134,7 +134,7 @@ TEST(SixPosition, EarthRateOfUnknownAzimuthDoesNotReachTheBias) {
 }
 
 TEST(SixPosition, KnownLatitudeSeparatesVerticalEarthRateFromGSensitivity) {
-  Truth truth;
+  TrueUnit truth;
   truth.vertical_rate_rps = base::kEarthRate_rps * std::sin(-35.0 * base::kRadPerDeg);
   Site site = standard_site();
   site.latitude_deg = -35.0;
@@ -144,7 +144,7 @@ TEST(SixPosition, KnownLatitudeSeparatesVerticalEarthRateFromGSensitivity) {
 }
 
 TEST(SixPosition, CarriesSegmentsToOneTemperatureAlongTheLocalSlope) {
-  Truth truth;
+  TrueUnit truth;
   truth.gyro_bias = [](double t) { return 2e-3 * t; };
   Options options;
   options.wander_c = 0.2;
@@ -154,7 +154,7 @@ TEST(SixPosition, CarriesSegmentsToOneTemperatureAlongTheLocalSlope) {
 
 TEST(SixPosition, ALinearDriftInThePlateauBarelyMovesTheBias) {
   // Without the drift term the axis' own pair, first in the order, would be off by 6.7e-4.
-  Truth truth;
+  TrueUnit truth;
   truth.drift_per_hour = 2e-3;
   Options options;
   options.gyro_noise = 5e-5;
@@ -173,7 +173,7 @@ TEST(SixPosition, StandardErrorsAreHonest) {
     options.accel_noise = 3e-3;
     options.plateaus = {-30, -20, -10, 0, 10, 20, 30, 40};
     options.seed = seed;
-    const Truth truth;
+    const TrueUnit truth;
     const auto e = estimate_six_positions(make_segments(truth, options), standard_site(), {});
     for (std::size_t p = 0; p < 8; ++p) {
       const PlateauEstimate& gyro = gyro_of(e).plateaus[p];

@@ -16,14 +16,14 @@ namespace soak::calib {
 namespace {
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr int kSample = 60;
+constexpr int kMonteCarloSample = 60;
 #else
-constexpr int kSample = 400;
+constexpr int kMonteCarloSample = 400;
 #endif
 
 int draws() {
   const char* asked = std::getenv("SOAK_MONTE_CARLO_DRAWS");
-  return asked != nullptr ? std::atoi(asked) : kSample;
+  return asked != nullptr ? std::atoi(asked) : kMonteCarloSample;
 }
 
 /// Rows of one draw: the fitted curve, read with a thermometer that is off, in runs that are off, with noise.

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "base/random.h"
+#include "base/units.h"
 #include "calib/estimate/branches.h"
 #include "calib/judge/verification.h"
 #include "calib/model/model_document.h"
@@ -14,8 +15,6 @@
 
 namespace soak::calib {
 namespace {
-
-constexpr double kG = 9.80665;
 
 double gyro_truth(double temp_c) { return 2e-3 * std::tanh((temp_c - 10.0) / 30.0); }
 double accel_truth(double temp_c) { return 0.1 - 1e-3 * temp_c; }
@@ -27,7 +26,7 @@ RunInput make_run(const std::string& label, double offset, std::uint64_t seed, d
   run.label = label;
   run.campaign = "c";
   run.content_sha256 = std::string(62, 'a') + label.substr(label.size() - 1) + std::to_string(seed % 10);
-  run.site.gravity_mps2 = kG;
+  run.site.gravity_mps2 = base::kStandardGravity_mps2;
   base::Random random(seed);
   double t_s = 0.0;
   for (int visit = 0; visit < 21; ++visit) {
@@ -44,7 +43,7 @@ RunInput make_run(const std::string& label, double offset, std::uint64_t seed, d
       s.sensor_temp_c.fill(s.temp_c);
       for (const Sensor sensor : kSensors) {
         const double noise = is_gyro(sensor) ? 2e-5 : 1e-3;
-        const double f = kG * s.position->up[axis_of(sensor)];
+        const double f = base::kStandardGravity_mps2 * s.position->up[axis_of(sensor)];
         const double mean = is_gyro(sensor) ? gyro_truth(s.temp_c) + offset : accel_truth(s.temp_c) + 1.001 * f;
         s.sensor[index_of(sensor)] = {600, mean + noise * random.gaussian(), 600 * noise * noise, noise};
       }

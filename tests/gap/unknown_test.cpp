@@ -21,7 +21,9 @@ using made_up::Moment;
 using made_up::Plan;
 using made_up::unit_of;
 
-GapReport report_of(const Plan& plan, const Hidden& hidden) { return find_gap(made_up::campaign(plan, hidden), 1); }
+GapReport report_on_one_thread(const Plan& plan, const Hidden& hidden) {
+  return find_gap(made_up::campaign(plan, hidden), 1);
+}
 
 void expect_unknown(const GapReport& report, std::string_view axis) {
   EXPECT_EQ(name_of(report.conclusion), "unknown") << report.reason;
@@ -42,7 +44,7 @@ TEST(Unknown, IsABiasThatJumpsToAndFro) {
   const Plan plan;
   auto next_s = std::make_shared<State>();
   auto jumps = std::make_shared<base::Random>(21);
-  const GapReport report = report_of(plan, [=](Sensor sensor, const Moment& moment) {
+  const GapReport report = report_on_one_thread(plan, [=](Sensor sensor, const Moment& moment) {
     if (next_s->run != moment.run) *next_s = {moment.run, moment.t_s, 1.0};
     while (next_s->t_s <= moment.t_s) {
       next_s->value = -next_s->value;
@@ -63,22 +65,23 @@ TEST(Unknown, IsABiasThatStepsOnceInEachRun) {
     when_s.at(r) = 4000.0 + 20000.0 * random.uniform();
     height.at(r) = random.uniform() < 0.5 ? -3.0 : 3.0;
   }
-  expect_unknown(report_of(plan,
-                           [&](Sensor sensor, const Moment& moment) {
-                             const auto r = static_cast<std::size_t>(moment.run);
-                             return moment.t_s > when_s.at(r) ? height.at(r) * unit_of(plan, sensor) : 0.0;
-                           }),
+  expect_unknown(report_on_one_thread(plan,
+                                      [&](Sensor sensor, const Moment& moment) {
+                                        const auto r = static_cast<std::size_t>(moment.run);
+                                        return moment.t_s > when_s.at(r) ? height.at(r) * unit_of(plan, sensor) : 0.0;
+                                      }),
                  "time, by jumps that no other run has");
 }
 
 TEST(Unknown, IsABiasThatStepsOnceInOneRun) {
   const Plan plan;
   const Hidden wandering = made_up::wander(plan, 0.5, {360.0, 3600.0, 36000.0}, 11);
-  expect_unknown(report_of(plan,
-                           [&](Sensor sensor, const Moment& moment) {
-                             const bool steps = sensor == Sensor::accel_y && moment.run == 2 && moment.t_s > 14000.0;
-                             return wandering(sensor, moment) + (steps ? 8.0 * plan.accel_block : 0.0);
-                           }),
+  expect_unknown(report_on_one_thread(plan,
+                                      [&](Sensor sensor, const Moment& moment) {
+                                        const bool steps =
+                                            sensor == Sensor::accel_y && moment.run == 2 && moment.t_s > 14000.0;
+                                        return wandering(sensor, moment) + (steps ? 8.0 * plan.accel_block : 0.0);
+                                      }),
                  "time, by jumps that no other run has");
 }
 
@@ -87,7 +90,7 @@ TEST(Unknown, IsABiasThatStepsOnceInOneRun) {
 TEST(Unknown, IsABiasThatStepsOnceBesideAStrongWander) {
   const Plan plan;
   const Hidden wandering = made_up::wander(plan, 1.25, {360.0, 3600.0, 36000.0}, 31);
-  const GapReport report = report_of(plan, [&](Sensor sensor, const Moment& moment) {
+  const GapReport report = report_on_one_thread(plan, [&](Sensor sensor, const Moment& moment) {
     const bool steps = sensor == Sensor::accel_x && moment.run == 3 && moment.t_s > 13000.0;
     return wandering(sensor, moment) + (steps ? 6.5 * plan.accel_block : 0.0);
   });
@@ -100,7 +103,7 @@ TEST(Unknown, IsABiasThatJumpsToAndFroBesideAStrongWander) {
   const Hidden wandering = made_up::wander(plan, 1.25, {360.0, 3600.0, 36000.0}, 32);
   auto next_s = std::make_shared<State>();
   auto jumps = std::make_shared<base::Random>(33);
-  const GapReport report = report_of(plan, [=](Sensor sensor, const Moment& moment) {
+  const GapReport report = report_on_one_thread(plan, [=](Sensor sensor, const Moment& moment) {
     if (next_s->run != moment.run) *next_s = {moment.run, moment.t_s, 1.0};
     while (next_s->t_s <= moment.t_s) {
       next_s->value = -next_s->value;
@@ -116,12 +119,13 @@ TEST(Unknown, IsABiasThatJumpsToAndFroBesideAStrongWander) {
 TEST(Unknown, IsADailyWaveBesideABiasThatWanders) {
   const Plan plan;
   const Hidden wandering = made_up::wander(plan, 0.75, {360.0, 3600.0, 36000.0}, 12);
-  expect_unknown(report_of(plan,
-                           [&](Sensor sensor, const Moment& moment) {
-                             const double utc_s = 1.7e9 + 100000.0 * moment.run + moment.t_s;
-                             return wandering(sensor, moment) +
-                                    3.0 * unit_of(plan, sensor) * std::sin(2.0 * std::numbers::pi * utc_s / 86400.0);
-                           }),
+  expect_unknown(report_on_one_thread(plan,
+                                      [&](Sensor sensor, const Moment& moment) {
+                                        const double utc_s = 1.7e9 + 100000.0 * moment.run + moment.t_s;
+                                        return wandering(sensor, moment) +
+                                               3.0 * unit_of(plan, sensor) *
+                                                   std::sin(2.0 * std::numbers::pi * utc_s / 86400.0);
+                                      }),
                  "time of day");
 }
 
@@ -130,7 +134,7 @@ TEST(Unknown, IsNotAWanderOfAllSensorsButOne) {
     Plan plan;
     plan.seed = seed;
     const Hidden wandering = made_up::wander(plan, 1.25, {360.0, 3600.0, 36000.0}, seed);
-    const GapReport report = report_of(plan, [&](Sensor sensor, const Moment& moment) {
+    const GapReport report = report_on_one_thread(plan, [&](Sensor sensor, const Moment& moment) {
       return sensor == Sensor::gyro_z ? 0.0 : wandering(sensor, moment);
     });
     EXPECT_EQ(name_of(report.conclusion), "none") << report.reason;
@@ -143,7 +147,7 @@ TEST(Unknown, IsNotABiasThatWanders) {
   for (std::uint64_t seed = 1; seed <= made_up::fewer_under_sanitizers(4); ++seed) {
     Plan plan;
     plan.seed = seed;
-    const GapReport report = report_of(plan, made_up::wander(plan, 1.25, {360.0, 3600.0, 36000.0}, seed));
+    const GapReport report = report_on_one_thread(plan, made_up::wander(plan, 1.25, {360.0, 3600.0, 36000.0}, seed));
     EXPECT_EQ(name_of(report.conclusion), "none") << report.reason;
     EXPECT_TRUE(has_note(report, "wandering_bias", {"gyro_x", "accel_z"}));
   }
@@ -152,7 +156,7 @@ TEST(Unknown, IsNotABiasThatWanders) {
 TEST(Unknown, IsNotAnEffectBesideABiasThatWanders) {
   const Plan plan;
   const Hidden wandering = made_up::wander(plan, 1.0, {360.0, 3600.0, 36000.0}, 3);
-  const GapReport report = report_of(plan, [&](Sensor sensor, const Moment& moment) {
+  const GapReport report = report_on_one_thread(plan, [&](Sensor sensor, const Moment& moment) {
     const double bias = wandering(sensor, moment);
     if (!is_gyro(sensor)) return bias;
     const auto k = index_of(sensor);
@@ -165,7 +169,7 @@ TEST(Unknown, IsNotAnEffectBesideABiasThatWanders) {
 TEST(Unknown, IsNotAnEffectWhoseStrengthVariesFromRunToRun) {
   const Plan plan;
   const std::array<double, 6> strength = {1.3, 0.7, 1.0, 1.2, 0.8, 1.0};
-  const GapReport report = report_of(plan, [&](Sensor sensor, const Moment& moment) {
+  const GapReport report = report_on_one_thread(plan, [&](Sensor sensor, const Moment& moment) {
     if (!is_gyro(sensor)) return 0.0;
     const auto k = index_of(sensor);
     return 3.0 * plan.gyro_block * strength.at(static_cast<std::size_t>(moment.run)) *

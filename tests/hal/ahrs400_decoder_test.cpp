@@ -8,7 +8,7 @@
 namespace soak::hal::imu::test {
 namespace {
 
-std::vector<Ahrs400Packet> decode(const Bytes& bytes) {
+std::vector<Ahrs400Packet> decoded_ahrs400(const Bytes& bytes) {
   Ahrs400Decoder decoder;
   std::vector<Ahrs400Packet> packets;
   decoder.append(bytes);
@@ -23,7 +23,7 @@ std::vector<std::uint16_t> timers(const std::vector<Ahrs400Packet>& packets) {
 }
 
 TEST(Ahrs400Decoder, ReadsTheWorkedPacket) {
-  const auto packets = decode(golden_ahrs400() + golden_ahrs400());
+  const auto packets = decoded_ahrs400(golden_ahrs400() + golden_ahrs400());
   ASSERT_EQ(packets.size(), 2U);
   const Ahrs400Packet& packet = packets[0];
   EXPECT_NEAR(ahrs400_scaled(packet.rate[0], 100.0), 1.0, 0.005);
@@ -42,12 +42,12 @@ TEST(Ahrs400Decoder, FullScaleIsOneAndAHalfTimesTheRange) {
 }
 
 TEST(Ahrs400Decoder, OnePacketAloneIsNotBelievedAfterALoss) {
-  EXPECT_TRUE(decode(golden_ahrs400()).empty());
-  EXPECT_TRUE(decode(golden_ahrs400() + Bytes(48, 0x11)).empty());
+  EXPECT_TRUE(decoded_ahrs400(golden_ahrs400()).empty());
+  EXPECT_TRUE(decoded_ahrs400(golden_ahrs400() + Bytes(48, 0x11)).empty());
 }
 
 TEST(Ahrs400Decoder, OnlyTheFirstPacketAfterALossSaysSo) {
-  const auto packets = decode(Ahrs400Wire::stream(3) + hex("00 01 02") + Ahrs400Wire::stream(3, 3));
+  const auto packets = decoded_ahrs400(Ahrs400Wire::stream(3) + hex("00 01 02") + Ahrs400Wire::stream(3, 3));
   // The last packet before the garbage is followed by no header: it is part of the loss.
   ASSERT_EQ(timers(packets), (std::vector<std::uint16_t>{0, 1, 3, 4, 5}));
   EXPECT_TRUE(packets[0].after_loss && packets[2].after_loss);
@@ -59,7 +59,7 @@ TEST(Ahrs400Decoder, EverySingleFlippedBitCostsOnePacketOrTwo) {
   for (std::size_t bit = 0; bit < 8 * 24; ++bit) {
     Bytes damaged = good;
     damaged[3 * 24 + bit / 8] = static_cast<std::uint8_t>(damaged[3 * 24 + bit / 8] ^ (1U << (bit % 8)));
-    const auto seen = timers(decode(damaged));
+    const auto seen = timers(decoded_ahrs400(damaged));
     // The header of the damaged packet also vouches for the one before.
     const bool header = bit < 8;
     const std::vector<std::uint16_t> expected =

@@ -20,9 +20,9 @@
 namespace soak::hal {
 namespace {
 
-class EspecPeer : public test::TextPeer {
+class EspecLine : public test::TextPeer {
  public:
-  explicit EspecPeer(int port = 0) : TextPeer("espec_peer.py", port) {}
+  explicit EspecLine(int port = 0) : TextPeer("espec_peer.py", port) {}
 };
 
 DeviceMap p300(const std::variant<TcpAddress, SerialAddress>& address) {
@@ -62,7 +62,7 @@ class TextChamberTest : public ::testing::TestWithParam<const char*> {
     chamber_ = *std::move(chamber);
   }
 
-  EspecPeer peer_;
+  EspecLine peer_;
   std::unique_ptr<test::SerialLine> line_;
   DeviceMap map_;
   std::unique_ptr<Chamber> chamber_;
@@ -211,7 +211,7 @@ INSTANTIATE_TEST_SUITE_P(Wires, TextChamberTest, ::testing::Values("tcp", "seria
                          [](const auto& info) { return std::string(info.param); });
 
 TEST(TextChamber, ComesBackAfterTheAdapterWasPulledAndPluggedInAgain) {
-  const EspecPeer peer;
+  const EspecLine peer;
   SOAK_NEED_SOCAT();
   auto line = std::make_unique<test::SerialLine>(peer.port());
   const auto chamber = make_chamber(p300(SerialAddress{line->path(), 19200}));
@@ -224,7 +224,7 @@ TEST(TextChamber, ComesBackAfterTheAdapterWasPulledAndPluggedInAgain) {
 }
 
 TEST(TextChamber, EndsACallWhoseAnswersAllComeLateButInTime) {
-  EspecPeer peer;
+  EspecLine peer;
   DeviceMap map = p300(TcpAddress{"127.0.0.1", peer.port()});
   map.link.response_timeout_s = 0.8;  // an answer comes after 0.6 s: a call may last 4 s
   for (int i = 0; i < 20; ++i) {
@@ -242,7 +242,7 @@ TEST(TextChamber, EndsACallWhoseAnswersAllComeLateButInTime) {
 }
 
 TEST(TextChamber, PutsAnAddressBeforeEachCommandOnABus) {
-  EspecPeer peer;
+  EspecLine peer;
   DeviceMap map = p300(TcpAddress{"127.0.0.1", peer.port()});
   map.link.prefix = "1,";
   (void)make_chamber(map).value()->connect();

@@ -9,11 +9,11 @@
 namespace soak::hal::imu::test {
 namespace {
 
-using Message = VectorNavWire::Message;
+using VectorNavMessage = VectorNavWire::Message;
 
-std::vector<Message> decode(const Bytes& bytes) { return test::decode<VectorNavWire>(bytes); }
+std::vector<VectorNavMessage> decoded_vectornav(const Bytes& bytes) { return test::decode<VectorNavWire>(bytes); }
 
-Message said(const std::string& text) { return {text, {}, {}}; }
+VectorNavMessage said(const std::string& text) { return {text, {}, {}}; }
 
 TEST(VectorNavDecoder, TheCrcIsThatOfXmodem) {
   EXPECT_EQ(vectornav_crc(text("123456789")), 0x31C3);
@@ -26,7 +26,7 @@ TEST(VectorNavDecoder, TheCrcIsThatOfXmodem) {
 }
 
 TEST(VectorNavDecoder, ReadsTheManualsExample) {
-  const auto messages = decode(golden_vectornav_ypr());
+  const auto messages = decoded_vectornav(golden_vectornav_ypr());
   ASSERT_EQ(messages.size(), 1U);
   EXPECT_EQ(messages[0].fields, (VectorNavFields{0x0008, 0}));
   std::array<float, 3> ypr{};
@@ -68,12 +68,13 @@ TEST(VectorNavDecoder, FindsTheFieldsBehindOthersThatItDoesNotUse) {
 }
 
 TEST(VectorNavDecoder, ReadsLinesWithEitherCheck) {
-  EXPECT_EQ(decode(line("VNRRG,03,0100011981")), (std::vector<Message>{said("VNRRG,03,0100011981")}));
+  EXPECT_EQ(decoded_vectornav(line("VNRRG,03,0100011981")),
+            (std::vector<VectorNavMessage>{said("VNRRG,03,0100011981")}));
   std::array<char, 8> check{};
   std::snprintf(check.data(), check.size(), "%04X", slow_crc(text("VNRRG,01,VN-200")));
-  EXPECT_EQ(decode(text("$VNRRG,01,VN-200*" + std::string(check.data()) + "\r\n")),
-            (std::vector<Message>{said("VNRRG,01,VN-200")}));
-  EXPECT_TRUE(decode(text("$VNRRG,01,VN-200*00\r\n")).empty());
+  EXPECT_EQ(decoded_vectornav(text("$VNRRG,01,VN-200*" + std::string(check.data()) + "\r\n")),
+            (std::vector<VectorNavMessage>{said("VNRRG,01,VN-200")}));
+  EXPECT_TRUE(decoded_vectornav(text("$VNRRG,01,VN-200*00\r\n")).empty());
   EXPECT_EQ(encode_vectornav("VNRRG,03"), line("VNRRG,03"));
 }
 
@@ -84,7 +85,7 @@ TEST(VectorNavDecoder, EverySingleFlippedBitIsDetectedAndTheNextMessageFound) {
       damaged[bit / 8] = static_cast<std::uint8_t>(damaged[bit / 8] ^ (1U << (bit % 8)));
       const bool line_end = original[0] == '$' && bit / 8 >= original.size() - 2;
       if (line_end) continue;  // not covered by the check
-      const auto messages = decode(damaged + Bytes(450, 0) + text("\n") + golden_vectornav_ypr());
+      const auto messages = decoded_vectornav(damaged + Bytes(450, 0) + text("\n") + golden_vectornav_ypr());
       ASSERT_EQ(messages.size(), 1U) << bit;
       ASSERT_EQ(messages[0].fields.common, 8) << bit;
     }

@@ -6,58 +6,58 @@
 namespace soak::hal::imu::test {
 namespace {
 
-using Message = XbusWire::Message;
+using XbusMessage = XbusWire::Message;
 
-std::vector<Message> decode(const Bytes& bytes) { return test::decode<XbusWire>(bytes); }
+std::vector<XbusMessage> decoded_xbus(const Bytes& bytes) { return test::decode<XbusWire>(bytes); }
 
 Bytes data_of(const Bytes& whole) { return Bytes(whole.begin() + 4, whole.end() - 1); }
 
 const Bytes kLong = Bytes(300, 0x11);
 
 TEST(XbusDecoder, ReadsTheGoldenFrames) {
-  const auto messages = decode(golden_with_temperature() + golden_short());
+  const auto messages = decoded_xbus(golden_with_temperature() + golden_short());
   ASSERT_EQ(messages.size(), 2U);
-  EXPECT_EQ(messages[0], (Message{0xFF, 0x36, data_of(golden_with_temperature())}));
-  EXPECT_EQ(messages[1], (Message{0xFF, 0x36, data_of(golden_short())}));
+  EXPECT_EQ(messages[0], (XbusMessage{0xFF, 0x36, data_of(golden_with_temperature())}));
+  EXPECT_EQ(messages[1], (XbusMessage{0xFF, 0x36, data_of(golden_short())}));
 }
 
 TEST(XbusDecoder, ReadsAnExtendedLength) {
-  const auto messages = decode(frame(0x36, kLong));
+  const auto messages = decoded_xbus(frame(0x36, kLong));
   ASSERT_EQ(messages.size(), 1U);
   EXPECT_EQ(messages[0].data, kLong);
 }
 
 TEST(XbusDecoder, ReadsTheLongestMessageAndRefusesALongerOne) {
-  EXPECT_EQ(decode(frame(0x36, Bytes(8185, 1))).size(), 1U);
-  EXPECT_TRUE(decode(frame(0x36, Bytes(8186, 1))).empty());
+  EXPECT_EQ(decoded_xbus(frame(0x36, Bytes(8185, 1))).size(), 1U);
+  EXPECT_TRUE(decoded_xbus(frame(0x36, Bytes(8186, 1))).empty());
 }
 
 TEST(XbusDecoder, CountsEveryByteThatBelongsToNoFrame) {
   XbusDecoder decoder;
-  std::vector<Message> messages;
+  std::vector<XbusMessage> messages;
   decoder.append(hex("01 02 03") + frame(0x31) + hex("FA FF 31 00 D1") + frame(0x11));  // the second has a wrong sum
   drain<XbusWire>(decoder, messages);
-  EXPECT_EQ(messages, (std::vector<Message>{{0xFF, 0x31, {}}, {0xFF, 0x11, {}}}));
+  EXPECT_EQ(messages, (std::vector<XbusMessage>{{0xFF, 0x31, {}}, {0xFF, 0x11, {}}}));
   EXPECT_EQ(decoder.garbage_bytes(), 3U + 5U);
 }
 
 TEST(XbusDecoder, FindsAFrameThatBeginsInsideAFalseOne) {
-  const auto messages = decode(hex("FA FF 36 20") + frame(0x31) + Bytes(40, 0));
-  EXPECT_EQ(messages, (std::vector<Message>{{0xFF, 0x31, {}}}));
+  const auto messages = decoded_xbus(hex("FA FF 36 20") + frame(0x31) + Bytes(40, 0));
+  EXPECT_EQ(messages, (std::vector<XbusMessage>{{0xFF, 0x31, {}}}));
 }
 
 TEST(XbusDecoder, ZerosBehindAnFaAreNoMessageAlthoughTheirSumHolds) {
-  EXPECT_TRUE(decode(hex("FA 00 00 00 00")).empty());
+  EXPECT_TRUE(decoded_xbus(hex("FA 00 00 00 00")).empty());
 }
 
 TEST(XbusDecoder, GivesUpAFrameThatDoesNotEnd) {
   XbusDecoder decoder;
-  std::vector<Message> messages;
+  std::vector<XbusMessage> messages;
   decoder.append(hex("FA FF 36 FF 1F F0") + frame(0x31));
   drain<XbusWire>(decoder, messages);
   EXPECT_TRUE(messages.empty());
   while (decoder.drop_partial()) drain<XbusWire>(decoder, messages);
-  EXPECT_EQ(messages, (std::vector<Message>{{0xFF, 0x31, {}}}));
+  EXPECT_EQ(messages, (std::vector<XbusMessage>{{0xFF, 0x31, {}}}));
   EXPECT_EQ(decoder.garbage_bytes(), 6U);
 }
 
@@ -69,8 +69,8 @@ TEST(XbusDecoder, EverySingleFlippedBitIsDetected) {
     for (std::size_t bit = 0; bit < 8 * original.size(); ++bit) {
       Bytes damaged = original;
       damaged[bit / 8] = static_cast<std::uint8_t>(damaged[bit / 8] ^ (1U << (bit % 8)));
-      const auto messages = decode(damaged + Bytes(300, 0) + frame(0x31));
-      ASSERT_EQ(messages, (std::vector<Message>{{0xFF, 0x31, {}}})) << "bit " << bit;
+      const auto messages = decoded_xbus(damaged + Bytes(300, 0) + frame(0x31));
+      ASSERT_EQ(messages, (std::vector<XbusMessage>{{0xFF, 0x31, {}}})) << "bit " << bit;
     }
   }
 }

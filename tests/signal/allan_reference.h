@@ -14,6 +14,9 @@
 // in extended precision, and gaps by their description in allan.h. Shares nothing with the product.
 namespace soak::calib::signal::test {
 
+/// The same number, or neither is one.
+inline bool same_value(double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); }
+
 constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
 
 /// Stretches of samples without a gap, short gaps filled by a straight line.

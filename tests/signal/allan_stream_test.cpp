@@ -25,16 +25,14 @@ AllanStream stream_of(const std::vector<double>& rate, std::size_t chunk, std::s
   return stream;
 }
 
-bool same_bits(double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); }
-
 void expect_same_points(const std::vector<AllanStream::Point>& a, const std::vector<AllanStream::Point>& b) {
   ASSERT_EQ(a.size(), b.size());
   for (std::size_t k = 0; k < a.size(); ++k) {
     EXPECT_EQ(a[k].multiple, b[k].multiple);
     EXPECT_EQ(a[k].terms, b[k].terms);
-    EXPECT_TRUE(same_bits(a[k].overlapping, b[k].overlapping)) << a[k].multiple;
-    EXPECT_TRUE(same_bits(a[k].modified, b[k].modified)) << a[k].multiple;
-    EXPECT_TRUE(same_bits(a[k].overlapping_hadamard, b[k].overlapping_hadamard)) << a[k].multiple;
+    EXPECT_TRUE(test::same_value(a[k].overlapping, b[k].overlapping)) << a[k].multiple;
+    EXPECT_TRUE(test::same_value(a[k].modified, b[k].modified)) << a[k].multiple;
+    EXPECT_TRUE(test::same_value(a[k].overlapping_hadamard, b[k].overlapping_hadamard)) << a[k].multiple;
   }
 }
 
@@ -43,9 +41,9 @@ void expect_bits_of_batch(const std::vector<AllanStream::Point>& points, const P
     if (point.multiple > AllanStream::kExact) break;
     const auto batch = [&](AllanKind kind) { return allan_point(record, kind, point.multiple); };
     EXPECT_EQ(point.terms, batch(AllanKind::overlapping).terms);
-    EXPECT_TRUE(same_bits(point.overlapping, batch(AllanKind::overlapping).deviation)) << point.multiple;
-    EXPECT_TRUE(same_bits(point.modified, batch(AllanKind::modified).deviation)) << point.multiple;
-    EXPECT_TRUE(same_bits(point.overlapping_hadamard, batch(AllanKind::overlapping_hadamard).deviation))
+    EXPECT_TRUE(test::same_value(point.overlapping, batch(AllanKind::overlapping).deviation)) << point.multiple;
+    EXPECT_TRUE(test::same_value(point.modified, batch(AllanKind::modified).deviation)) << point.multiple;
+    EXPECT_TRUE(test::same_value(point.overlapping_hadamard, batch(AllanKind::overlapping_hadamard).deviation))
         << point.multiple;
   }
 }

@@ -36,8 +36,6 @@ std::vector<double> running_sum(const std::vector<double>& values) {
   return sums;
 }
 
-bool same_bits(double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); }
-
 void expect_definition(const std::vector<double>& rate, AllanKind kind, std::size_t bridge) {
   const PhaseRecord record = record_of(rate, bridge);
   const auto stretches = test::stretches_without_gap(rate, bridge);
@@ -115,7 +113,7 @@ TEST(Allan, SeveralMultiplesAtOnceGiveTheBitsOfEachAlone) {
       const AllanPoint alone = allan_point(record, kind, multiples[k]);
       EXPECT_EQ(together[k].multiple, multiples[k]);
       EXPECT_EQ(together[k].terms, alone.terms);
-      EXPECT_TRUE(same_bits(together[k].deviation, alone.deviation)) << multiples[k];
+      EXPECT_TRUE(test::same_value(together[k].deviation, alone.deviation)) << multiples[k];
     }
     EXPECT_EQ(together[10].terms, 0U);
     EXPECT_TRUE(std::isnan(together[12].deviation));

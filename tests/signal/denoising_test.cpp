@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "base/random.h"
+#include "wavelet_support.h"
 
 namespace soak::calib::signal {
 namespace {
@@ -26,11 +27,7 @@ using Signal = std::vector<double>;
 
 constexpr std::array kRules = {Shrinkage::soft, Shrinkage::hard, Shrinkage::garrote};
 
-Wavelet wavelet(const std::string& name) {
-  auto found = wavelet_named(name);
-  if (!found) throw std::runtime_error(found.error().message);
-  return *found;
-}
+using test::wavelet;
 
 Denoised denoised(const Signal& samples, const DenoisingOptions& options, const std::string& name = "db8") {
   auto result = denoise(samples, wavelet(name), options);
@@ -93,14 +90,14 @@ Signal part(const Signal& values, std::size_t first, std::size_t last) {
   return {values.begin() + static_cast<std::ptrdiff_t>(first), values.begin() + static_cast<std::ptrdiff_t>(last)};
 }
 
-std::string vector_file(const std::string& name) {
+std::string text_of_vector_file(const std::string& name) {
   std::ifstream file(std::string(SOAK_TEST_FOLDER) + "/data/vectors/" + name);
   if (!file) throw std::runtime_error("tests/data/vectors/" + name + " is missing");
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
 Signal published_signal() {
-  std::istringstream lines(vector_file("wmra_signal.csv"));
+  std::istringstream lines(text_of_vector_file("wmra_signal.csv"));
   std::string line;
   std::getline(lines, line);
   Signal x;
@@ -109,7 +106,7 @@ Signal published_signal() {
 }
 
 TEST(Denoise, ReproducesPyWaveletsReconstructionsAndTrend) {
-  const auto published = nlohmann::json::parse(vector_file("wmra_db8.json"));
+  const auto published = nlohmann::json::parse(text_of_vector_file("wmra_db8.json"));
   const Signal x = published_signal();
   for (const auto& [mode, boundary] :
        {std::pair{"symmetric", Boundary::symmetric}, std::pair{"periodization", Boundary::periodization}}) {

@@ -39,17 +39,17 @@ void expect_allan_variance(std::span<const double> rate, const Expected& expecte
   }
 }
 
-constexpr std::size_t kCount = 1 << 17;
-constexpr double kRate = 20.0;
-constexpr NoiseSource kSource{kRate, 11};
+constexpr std::size_t kSamples = 1 << 17;
+constexpr double kNoiseRate_hz = 20.0;
+constexpr NoiseSource kSource{kNoiseRate_hz, 11};
 
 TEST(WhiteNoise, HasTheAllanVarianceOfAnAngleRandomWalk) {
-  expect_allan_variance(white_noise(kCount, 0.3, kSource), [](double m) { return 0.09 * kRate / m; });
+  expect_allan_variance(white_noise(kSamples, 0.3, kSource), [](double m) { return 0.09 * kNoiseRate_hz / m; });
 }
 
 TEST(FlickerNoise, HasTheSameAllanVarianceAtEveryAveragingTimeFromOneSampleOn) {
   const double flat = 4.0 * 2.0 * std::numbers::ln2 / std::numbers::pi;
-  expect_allan_variance(flicker_noise(kCount, 2.0, kSource), [&](double) { return flat; });
+  expect_allan_variance(flicker_noise(kSamples, 2.0, kSource), [&](double) { return flat; });
 }
 
 TEST(FlickerNoise, DoesNotDependOnTheRate) {
@@ -77,22 +77,22 @@ TEST(FlickerNoise, AgreesWithASumOfGaussMarkovProcesses) {
   // spacing of 2 is below 0.1 %). Equal to B^2/(pi f): s^2 = B^2 ln2/pi. Times of 1/8 to 2^17 samples leave the
   // averaging times of 16 to 1024 samples 1 % short of the whole 1/f noise at most.
   const double sigma = std::sqrt(std::numbers::ln2 / std::numbers::pi);
-  std::vector<double> sum(kCount, 0.0);
+  std::vector<double> sum(kSamples, 0.0);
   std::uint64_t seed = 100;
   for (double time = 0.125; time <= 131072.0; time *= 2.0) {
-    const std::vector<double> process = gauss_markov_noise(kCount, sigma, time, {1.0, seed++});
+    const std::vector<double> process = gauss_markov_noise(kSamples, sigma, time, {1.0, seed++});
     for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += process[i];
   }
-  const std::vector<double> flicker = flicker_noise(kCount, 1.0, kSource);
+  const std::vector<double> flicker = flicker_noise(kSamples, 1.0, kSource);
   for (const std::size_t m : {16U, 64U, 256U, 1024U}) {
     // Two estimates, each as in expect_allan_variance(), four standard deviations, and the 1 %.
-    const double k = static_cast<double>(kCount / m - 1);
+    const double k = static_cast<double>(kSamples / m - 1);
     EXPECT_NEAR(allan_variance(flicker, m) / allan_variance(sum, m), 1.0, 0.01 + 4.0 * std::sqrt(6.0 / k)) << m;
   }
 }
 
 TEST(RandomWalk, HasTheAllanVarianceOfAContinuousWalkFromOneSampleOn) {
-  expect_allan_variance(random_walk(kCount, 0.1, kSource), [](double m) { return 0.01 * m / kRate / 3.0; });
+  expect_allan_variance(random_walk(kSamples, 0.1, kSource), [](double m) { return 0.01 * m / kNoiseRate_hz / 3.0; });
 }
 
 TEST(RateRamp, RisesFromZeroByTheRampEachSecond) {
@@ -100,14 +100,14 @@ TEST(RateRamp, RisesFromZeroByTheRampEachSecond) {
 }
 
 TEST(QuantizationNoise, HasTheAllanVarianceOfARoundedAngle) {
-  expect_allan_variance(quantization_noise(kCount, 0.01, kSource),
-                        [](double m) { return 3.0 * 1e-4 * kRate * kRate / (m * m); });
+  expect_allan_variance(quantization_noise(kSamples, 0.01, kSource),
+                        [](double m) { return 3.0 * 1e-4 * kNoiseRate_hz * kNoiseRate_hz / (m * m); });
 }
 
 TEST(QuantizationNoise, SumsToAnAngleThatStaysWithinOneStep) {
   double angle = 0.0;
   for (const double rate : quantization_noise(1000, 0.5, kSource)) {
-    angle += rate / kRate;
+    angle += rate / kNoiseRate_hz;
     EXPECT_LE(std::abs(angle), std::sqrt(12.0) * 0.5 * (1.0 + 1e-12));
   }
 }
@@ -147,7 +147,7 @@ TEST(SimulatedNoise, ComesInEveryLengthFromNoneOn) {
 
 /// Power law of the PSD between two frequencies: slope of ln density over ln frequency, by least squares.
 double spectral_slope(const std::vector<double>& rate, double from_hz, double to_hz) {
-  const auto spectrum = welch(rate, kRate, {.section = 4096});
+  const auto spectrum = welch(rate, kNoiseRate_hz, {.section = 4096});
   double n = 0.0, sx = 0.0, sy = 0.0, sxx = 0.0, sxy = 0.0;
   for (std::size_t k = 0; k < spectrum->density.size(); ++k) {
     if (spectrum->frequency_hz[k] < from_hz || spectrum->frequency_hz[k] > to_hz) continue;
@@ -162,14 +162,14 @@ TEST(SimulatedNoise, HasTheSpectralSlopesOfItsKind) {
   // From 0.05 Hz (10 spacings from 0: the window's leakage is past) to 1 Hz (a twentieth of the rate: averaging over
   // the sample interval takes 0.8 % off the density). About 195 values of 120 degrees of freedom scatter by 0.13 in the
   // logarithm, over a spread of ln f of 0.7: 0.13/(0.7 sqrt(195/1.5)) = 0.016; four of them.
-  EXPECT_NEAR(spectral_slope(white_noise(kCount, 1.0, kSource), 0.05, 1.0), 0.0, 0.065);
-  EXPECT_NEAR(spectral_slope(flicker_noise(kCount, 1.0, kSource), 0.05, 1.0), -1.0, 0.065);
-  EXPECT_NEAR(spectral_slope(random_walk(kCount, 1.0, kSource), 0.05, 1.0), -2.0, 0.065);
+  EXPECT_NEAR(spectral_slope(white_noise(kSamples, 1.0, kSource), 0.05, 1.0), 0.0, 0.065);
+  EXPECT_NEAR(spectral_slope(flicker_noise(kSamples, 1.0, kSource), 0.05, 1.0), -1.0, 0.065);
+  EXPECT_NEAR(spectral_slope(random_walk(kSamples, 1.0, kSource), 0.05, 1.0), -2.0, 0.065);
 }
 
 /// Mean of density * f^power between 0.05 and 1 Hz.
 double spectral_level(const std::vector<double>& rate, double power) {
-  const auto spectrum = welch(rate, kRate, {.section = 4096});
+  const auto spectrum = welch(rate, kNoiseRate_hz, {.section = 4096});
   double sum = 0.0, n = 0.0;
   for (std::size_t k = 0; k < spectrum->density.size(); ++k) {
     const double f = spectrum->frequency_hz[k];
@@ -182,10 +182,10 @@ double spectral_level(const std::vector<double>& rate, double power) {
 TEST(SimulatedNoise, HasTheSpectralDensityOfItsCoefficient) {
   // Mean of 195 densities of 120 degrees of freedom, neighbours correlated by the window: 0.13/sqrt(195/1.5) = 1.1 %;
   // four of them and the 0.8 % of the averaging.
-  EXPECT_NEAR(spectral_level(white_noise(kCount, 0.3, kSource), 0.0) / (2.0 * 0.09), 1.0, 0.055);
-  EXPECT_NEAR(spectral_level(flicker_noise(kCount, 0.3, kSource), 1.0) / (0.09 / std::numbers::pi), 1.0, 0.055);
+  EXPECT_NEAR(spectral_level(white_noise(kSamples, 0.3, kSource), 0.0) / (2.0 * 0.09), 1.0, 0.055);
+  EXPECT_NEAR(spectral_level(flicker_noise(kSamples, 0.3, kSource), 1.0) / (0.09 / std::numbers::pi), 1.0, 0.055);
   const double walk = 2.0 * 0.09 / std::pow(2.0 * std::numbers::pi, 2);
-  EXPECT_NEAR(spectral_level(random_walk(kCount, 0.3, kSource), 2.0) / walk, 1.0, 0.055);
+  EXPECT_NEAR(spectral_level(random_walk(kSamples, 0.3, kSource), 2.0) / walk, 1.0, 0.055);
 }
 
 }  // namespace

@@ -18,7 +18,7 @@
 namespace soak::calib::signal {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kQuietNaN = std::numeric_limits<double>::quiet_NaN();
 
 double power(const Spectrum& spectrum) {
   return std::accumulate(spectrum.density.begin(), spectrum.density.end(), 0.0) *
@@ -119,7 +119,7 @@ TEST(Welch, TransformsSectionsOfAnyLength) {
 TEST(Welch, LeavesOutSectionsThatLackASample) {
   std::vector<double> x = white_noise(1000, 1.0, {1.0, 2});
   const std::vector<double> first(x.begin(), x.begin() + 500);
-  x[500] = kNaN;
+  x[500] = kQuietNaN;
   const auto gap = welch(x, 1.0, {.section = 100, .overlap = 0.0});
   EXPECT_EQ(gap->sections, 9U);
   x.resize(600);
@@ -143,7 +143,7 @@ TEST(Welch, StatesTheDegreesOfFreedomThatItsScatterHas) {
 
 TEST(Welch, CountsDegreesOfFreedomOfSectionsOnEitherSideOfAGapAsIndependent) {
   std::vector<double> x(300, 0.0);
-  for (std::size_t i = 100; i < 200; ++i) x[i] = kNaN;
+  for (std::size_t i = 100; i < 200; ++i) x[i] = kQuietNaN;
   const auto apart = welch(x, 1.0, {.section = 100});
   EXPECT_EQ(apart->sections, 2U);
   EXPECT_DOUBLE_EQ(apart->degrees_of_freedom, 4.0);
@@ -152,14 +152,14 @@ TEST(Welch, CountsDegreesOfFreedomOfSectionsOnEitherSideOfAGapAsIndependent) {
 TEST(Welch, RefusesWhatHasNoSpectrum) {
   const std::vector<double> x = white_noise(100, 1.0, {1.0, 2});
   EXPECT_FALSE(welch(x, 0.0, {}));
-  EXPECT_FALSE(welch(x, kNaN, {}));
+  EXPECT_FALSE(welch(x, kQuietNaN, {}));
   EXPECT_FALSE(welch(x, std::numeric_limits<double>::infinity(), {}));
   EXPECT_FALSE(welch(std::vector<double>(7, 1.0), 1.0, {}));
   EXPECT_FALSE(welch(x, 1.0, {.section = 7}));
   EXPECT_FALSE(welch(x, 1.0, {.overlap = 0.96}));
   EXPECT_FALSE(welch(x, 1.0, {.overlap = -0.1}));
-  EXPECT_FALSE(welch(x, 1.0, {.overlap = kNaN}));
-  EXPECT_FALSE(welch(std::vector<double>(100, kNaN), 1.0, {}));
+  EXPECT_FALSE(welch(x, 1.0, {.overlap = kQuietNaN}));
+  EXPECT_FALSE(welch(std::vector<double>(100, kQuietNaN), 1.0, {}));
   std::vector<double> infinite = x;
   infinite[3] = std::numeric_limits<double>::infinity();
   const auto refused = welch(infinite, 1.0, {});

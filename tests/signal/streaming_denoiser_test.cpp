@@ -13,19 +13,16 @@
 
 #include "base/random.h"
 #include "calib/signal/wavelet/denoising.h"
+#include "wavelet_support.h"
 
 namespace soak::calib::signal {
 namespace {
 
 using Signal = std::vector<double>;
 
-constexpr std::array kRules = {Shrinkage::none, Shrinkage::soft, Shrinkage::hard, Shrinkage::garrote};
+constexpr std::array kAllRules = {Shrinkage::none, Shrinkage::soft, Shrinkage::hard, Shrinkage::garrote};
 
-Wavelet wavelet(const std::string& name) {
-  auto found = wavelet_named(name);
-  if (!found) throw std::runtime_error(found.error().message);
-  return *found;
-}
+using test::wavelet;
 
 StreamingDenoiser denoiser(const std::string& name, Shrinkage rule, const Signal& thresholds) {
   auto created = StreamingDenoiser::create(wavelet(name), rule, thresholds);
@@ -85,7 +82,7 @@ TEST(StreamingDenoiser, EqualsTheBatchFromTheFirstSampleToTheLastHoweverTheSigna
   for (const std::string& name : all_wavelets()) {
     for (std::size_t levels = 1; levels <= 8; ++levels) {
       const Signal thresholds = thresholds_for(levels);
-      for (const Shrinkage rule : kRules) {
+      for (const Shrinkage rule : kAllRules) {
         const Denoised expected = batch(name, rule, thresholds, x);
         StreamingDenoiser stream = denoiser(name, rule, thresholds);
         const StreamedSamples out = streamed(stream, x, kChunks[turn++ % std::size(kChunks)]);

@@ -14,7 +14,7 @@
 namespace soak::calib::signal {
 namespace {
 
-constexpr std::array kRules = {Shrinkage::soft, Shrinkage::hard, Shrinkage::garrote};
+constexpr std::array kShrinkages = {Shrinkage::soft, Shrinkage::hard, Shrinkage::garrote};
 
 double shrunk(double d, double threshold, Shrinkage rule) {
   shrink({&d, 1}, threshold, rule);
@@ -55,7 +55,7 @@ TEST(Shrink, IsTheSameForEveryLengthAndPlace) {
   // Soft and hard to the last bit: this file is compiled for any processor, shrink() for this one.
   for (std::size_t count = 0; count < 60; ++count) {
     const std::vector<double> d = gaussian(count, count);
-    for (const Shrinkage rule : kRules) {
+    for (const Shrinkage rule : kShrinkages) {
       const std::vector<double> kept = shrunk(d, 0.8, rule);
       for (std::size_t i = 0; i < count; ++i) {
         EXPECT_EQ(kept[i], shrunk(d[i], 0.8, rule));
@@ -75,7 +75,7 @@ TEST(Shrink, SoftAndGarroteAreContinuousAndHardIsNot) {
     EXPECT_NEAR(std::abs(shrunk(above, threshold, Shrinkage::soft)), threshold * step, 1e-14);
     EXPECT_NEAR(std::abs(shrunk(above, threshold, Shrinkage::garrote)), 2.0 * threshold * step, 1e-14);
     EXPECT_EQ(shrunk(above, threshold, Shrinkage::hard), above);
-    for (const Shrinkage rule : kRules) EXPECT_EQ(shrunk(side * threshold, threshold, rule), 0.0);
+    for (const Shrinkage rule : kShrinkages) EXPECT_EQ(shrunk(side * threshold, threshold, rule), 0.0);
   }
 }
 
@@ -92,7 +92,7 @@ TEST(Shrink, GarroteLiesBetweenSoftAndHardAndNeverTurnsTheSign) {
 
 TEST(Shrink, ThresholdZeroChangesNothing) {
   const std::vector<double> d = {-1e300, -3.0, -5e-324, 0.0, 5e-324, 1e-300, 2.0, 1e300};
-  for (const Shrinkage rule : kRules) EXPECT_EQ(shrunk(d, 0.0, rule), d);
+  for (const Shrinkage rule : kShrinkages) EXPECT_EQ(shrunk(d, 0.0, rule), d);
 }
 
 TEST(Shrink, ScalesWithTheUnitToTheLastBit) {
@@ -100,7 +100,7 @@ TEST(Shrink, ScalesWithTheUnitToTheLastBit) {
   for (const double unit : {0x1p-600, -0x1p-3, 0x1p900}) {
     std::vector<double> scaled = d;
     for (double& v : scaled) v *= unit;
-    for (const Shrinkage rule : kRules) {
+    for (const Shrinkage rule : kShrinkages) {
       std::vector<double> expected = shrunk(d, 0.7, rule);
       for (double& v : expected) v *= unit;
       EXPECT_EQ(shrunk(scaled, 0.7 * std::abs(unit), rule), expected) << unit;

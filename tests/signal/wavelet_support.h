@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -43,6 +44,13 @@ inline double greatest_difference(const std::vector<double>& a, const std::vecto
   double most = 0.0;
   for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i) most = std::max(most, std::abs(a[i] - b[i]));
   return most;
+}
+
+/// A wavelet that exists.
+inline Wavelet wavelet(const std::string& name) {
+  auto found = wavelet_named(name);
+  if (!found) throw std::runtime_error(found.error().message);
+  return *found;
 }
 
 /// decompose() where nothing is to be refused.

@@ -85,13 +85,14 @@ INSTANTIATE_TEST_SUITE_P(Wavelets, EachTransform, testing::ValuesIn(test::wavele
 
 // 20 products of a few units, each rounded to 2e-16 of that, per level; a level multiplies amplitudes by sqrt 2 at most
 // where the boundary does not repeat, and short signals by a little more.
-constexpr double kRounding = 1e-13;
+constexpr double kTransformRounding = 1e-13;
 
 TEST_P(EachTransform, ReconstructsWhatItDecomposed) {
   for_all([](const Values& signal, Boundary boundary) {
     for (const std::size_t levels : {1U, 2U, 5U, 12U}) {
       const Decomposition decomposition = test::decomposed(signal, GetParam(), levels, boundary);
-      EXPECT_LE(test::greatest_difference(test::reconstructed(decomposition, GetParam()), signal), kRounding) << levels;
+      EXPECT_LE(test::greatest_difference(test::reconstructed(decomposition, GetParam()), signal), kTransformRounding)
+          << levels;
     }
   });
 }
@@ -102,10 +103,11 @@ TEST_P(EachTransform, GivesTheCoefficientsOfThePlainSums) {
     const Decomposition got = test::decomposed(signal, GetParam(), 3, boundary);
     Values approximation = signal;
     for (const Values& details : got.details) {
-      EXPECT_LE(test::greatest_difference(details, plain_level(approximation, wavelet.dec_hi, boundary)), kRounding);
+      EXPECT_LE(test::greatest_difference(details, plain_level(approximation, wavelet.dec_hi, boundary)),
+                kTransformRounding);
       approximation = plain_level(approximation, wavelet.dec_lo, boundary);
     }
-    EXPECT_LE(test::greatest_difference(got.approximation, approximation), kRounding);
+    EXPECT_LE(test::greatest_difference(got.approximation, approximation), kTransformRounding);
   });
 }
 
@@ -122,24 +124,25 @@ TEST_P(EachTransform, ReconstructsAnyCoefficientsAsThePlainSums) {
     Values expected(signal.size());
     add_plain_inverse(approximation, wavelet.rec_lo, boundary, expected);
     add_plain_inverse(changed.details[0], wavelet.rec_hi, boundary, expected);
-    EXPECT_LE(test::greatest_difference(test::reconstructed(changed, GetParam()), expected), kRounding);
+    EXPECT_LE(test::greatest_difference(test::reconstructed(changed, GetParam()), expected), kTransformRounding);
   });
 }
 
-double energy(const Values& values) { return std::inner_product(values.begin(), values.end(), values.begin(), 0.0); }
+double energy_of(const Values& values) { return std::inner_product(values.begin(), values.end(), values.begin(), 0.0); }
 
 TEST_P(EachTransform, KeepsTheEnergyUnderPeriodization) {
   for (const std::size_t length : {2U, 16U, 64U, 1024U}) {
     const Values signal = test::gaussian_signal(length, 3);
     const Decomposition d = test::decomposed(signal, GetParam(), 1, Boundary::periodization);
     // The orthogonal transform turns the signal's vector; 20 roundings per coefficient.
-    EXPECT_NEAR((energy(d.approximation) + energy(d.details[0])) / energy(signal), 1.0, 20 * 2.2e-16) << length;
+    EXPECT_NEAR((energy_of(d.approximation) + energy_of(d.details[0])) / energy_of(signal), 1.0, 20 * 2.2e-16)
+        << length;
   }
   const Values signal = test::gaussian_signal(1024, 3);
   const Decomposition deep = test::decomposed(signal, GetParam(), 10, Boundary::periodization);
-  double sum = energy(deep.approximation);
-  for (const Values& details : deep.details) sum += energy(details);
-  EXPECT_NEAR(sum / energy(signal), 1.0, 10 * 20 * 2.2e-16);
+  double sum = energy_of(deep.approximation);
+  for (const Values& details : deep.details) sum += energy_of(details);
+  EXPECT_NEAR(sum / energy_of(signal), 1.0, 10 * 20 * 2.2e-16);
 }
 
 // N vanishing moments: a polynomial of degree N - 1 leaves no details where the filter does not reach the boundary.

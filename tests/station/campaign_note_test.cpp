@@ -17,7 +17,7 @@ using namespace std::chrono_literals;
 
 constexpr auto kLongest = 60s;  // the machine may be busy
 
-class CampaignNoteTest : public testing::Test {
+class CampaignNoteTest : public ::testing::Test {
  protected:
   void SetUp() override {
     std::string name = (fs::temp_directory_path() / "soak-note-XXXXXX").string();

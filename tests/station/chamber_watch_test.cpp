@@ -13,7 +13,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-Procedure soak(double coldest_c, double hottest_c) {
+Procedure soak_procedure(double coldest_c, double hottest_c) {
   Procedure procedure;
   procedure.set_points_c = {20.0, coldest_c, hottest_c};
   return procedure;
@@ -31,16 +31,16 @@ class WatchJudgeTest : public ::testing::Test {
 
   hal::ChamberReading reading;
   double now_s = 0.0;
-  WatchJudge judge{watch_limits(soak(-30.0, 60.0), 15.0)};
+  WatchJudge judge{watch_limits(soak_procedure(-30.0, 60.0), 15.0)};
 };
 
 TEST_F(WatchJudgeTest, LimitsAreTenKelvinBeyondSetPointsAndSafeTemperature) {
-  const WatchLimits limits = watch_limits(soak(-30.0, 60.0), 15.0);
+  const WatchLimits limits = watch_limits(soak_procedure(-30.0, 60.0), 15.0);
   EXPECT_EQ(limits.lowest_c, -40.0);
   EXPECT_EQ(limits.highest_c, 70.0);
   // A procedure in the cold ends in the warm all the same.
-  EXPECT_EQ(watch_limits(soak(-30.0, 0.0), 15.0).highest_c, 35.0);
-  EXPECT_EQ(watch_limits(soak(-30.0, 0.0), 24.0).highest_c, 38.0) << "4 K above the room's dew point";
+  EXPECT_EQ(watch_limits(soak_procedure(-30.0, 0.0), 15.0).highest_c, 35.0);
+  EXPECT_EQ(watch_limits(soak_procedure(-30.0, 0.0), 24.0).highest_c, 38.0) << "4 K above the room's dew point";
 }
 
 TEST_F(WatchJudgeTest, TwoReadingsInARowBeyondALimitTrip) {
@@ -57,7 +57,7 @@ TEST_F(WatchJudgeTest, AChamberThatSomebodyLeftHotMayCoolDownButNotHeatOn) {
   for (double air_c = 90.0; air_c > 60.0; air_c -= 5.0) EXPECT_FALSE(trips(air_c)) << air_c;
   EXPECT_FALSE(trips(70.5));
   EXPECT_TRUE(trips(70.5)) << "it has been within its limits";
-  WatchJudge other{watch_limits(soak(-30.0, 60.0), 15.0)};
+  WatchJudge other{watch_limits(soak_procedure(-30.0, 60.0), 15.0)};
   reading.air_c = 90.0;
   EXPECT_FALSE(other.look(10.0, reading));
   reading.air_c = 100.1;
@@ -103,7 +103,7 @@ TEST_F(WatchJudgeTest, AnAlarmThatAsksForItTripsInTheSecondReading) {
 // --- the thread -------------------------------------------------------------------------------------------------
 
 /// What the chambers that a watch makes have in common: what they answer, and what they were told.
-struct Bench {
+struct ChamberBench {
   std::mutex mutex;
   hal::ChamberReading says;
   std::string fault;          ///< of every reading; empty = none
@@ -125,7 +125,7 @@ struct Bench {
 
 class BenchChamber final : public hal::Chamber {
  public:
-  explicit BenchChamber(Bench& bench) : bench_(bench) {
+  explicit BenchChamber(ChamberBench& bench) : bench_(bench) {
     const std::lock_guard lock(bench_.mutex);
     ++bench_.made;
     ++bench_.open;
@@ -165,7 +165,7 @@ class BenchChamber final : public hal::Chamber {
   [[nodiscard]] std::string description() const override { return "bench"; }
 
  private:
-  Bench& bench_;
+  ChamberBench& bench_;
 };
 
 class ChamberWatchTest : public ::testing::Test {
@@ -173,7 +173,7 @@ class ChamberWatchTest : public ::testing::Test {
   ChamberWatchTest() {
     bench.says.running = true;
     bench.says.air_c = bench.says.set_point_c = 60.0;
-    limits = watch_limits(soak(-30.0, 60.0), 15.0);
+    limits = watch_limits(soak_procedure(-30.0, 60.0), 15.0);
   }
 
   /// Waits until it holds, for a minute at most: the machine may be busy.
@@ -186,11 +186,11 @@ class ChamberWatchTest : public ::testing::Test {
     return true;
   }
   int stops() {
-    return bench.with([](Bench& b) { return b.stops; });
+    return bench.with([](ChamberBench& b) { return b.stops; });
   }
   bool is_read() const { return watch.verdict().reading.has_value(); }
 
-  Bench bench;
+  ChamberBench bench;
   WatchLimits limits;
   std::atomic<int> told = 0;  ///< of a trip
   std::atomic<bool> told_outputs_off = false;
@@ -202,15 +202,15 @@ class ChamberWatchTest : public ::testing::Test {
 };
 
 TEST_F(ChamberWatchTest, HasAConnectionOfItsOwnOnAThreadOfItsOwnOnlyWhileItIsArmed) {
-  EXPECT_EQ(bench.with([](Bench& b) { return b.made; }), 0);
+  EXPECT_EQ(bench.with([](ChamberBench& b) { return b.made; }), 0);
   watch.arm(limits);
   watch.arm(limits);
   ASSERT_TRUE(comes([&] { return is_read(); }));
-  EXPECT_EQ(bench.with([](Bench& b) { return b.made; }), 1);
-  EXPECT_NE(bench.with([](Bench& b) { return b.thread; }), std::this_thread::get_id());
+  EXPECT_EQ(bench.with([](ChamberBench& b) { return b.made; }), 1);
+  EXPECT_NE(bench.with([](ChamberBench& b) { return b.thread; }), std::this_thread::get_id());
   EXPECT_LT(*watch.verdict().age_s, 60.0);
   watch.disarm();
-  EXPECT_TRUE(comes([&] { return bench.with([](Bench& b) { return b.open; }) == 0; }));
+  EXPECT_TRUE(comes([&] { return bench.with([](ChamberBench& b) { return b.open; }) == 0; }));
   EXPECT_EQ(stops(), 0);
 }
 
@@ -218,9 +218,9 @@ TEST_F(ChamberWatchTest, SwitchesOffAnOverheatingChamberWhileNobodyAsks) {
   watch.arm(limits);
   ASSERT_TRUE(comes([&] { return is_read(); }));
   EXPECT_EQ(told, 0);
-  bench.with([](Bench& b) { b.says.air_c = 75.0; });
+  bench.with([](ChamberBench& b) { b.says.air_c = 75.0; });
   // From here on this thread, which is the engine's, does nothing but look at the chamber.
-  ASSERT_TRUE(comes([&] { return bench.with([](Bench& b) { return !b.says.running; }); }));
+  ASSERT_TRUE(comes([&] { return bench.with([](ChamberBench& b) { return !b.says.running; }); }));
   ASSERT_TRUE(comes([&] { return watch.verdict().is_off; }));
   EXPECT_NE(watch.verdict().tripped, "");
   EXPECT_GE(told, 1);
@@ -232,13 +232,13 @@ TEST_F(ChamberWatchTest, SwitchesOffAgainWhatIsSwitchedOnAfterATripUntilItIsDisa
   watch.stop_now("asked");
   ASSERT_TRUE(comes([&] { return watch.verdict().is_off; }));
   EXPECT_EQ(watch.verdict().tripped, "asked");
-  bench.with([](Bench& b) { b.says.running = true; });  // an engine that knows nothing of it yet
-  ASSERT_TRUE(comes([&] { return bench.with([](Bench& b) { return !b.says.running; }); }));
+  bench.with([](ChamberBench& b) { b.says.running = true; });  // an engine that knows nothing of it yet
+  ASSERT_TRUE(comes([&] { return bench.with([](ChamberBench& b) { return !b.says.running; }); }));
   watch.disarm();
   EXPECT_EQ(watch.verdict().tripped, "");
-  ASSERT_TRUE(comes([&] { return bench.with([](Bench& b) { return b.open; }) == 0; }));
+  ASSERT_TRUE(comes([&] { return bench.with([](ChamberBench& b) { return b.open; }) == 0; }));
   const int before = stops();
-  bench.with([](Bench& b) { b.says.running = true; });
+  bench.with([](ChamberBench& b) { b.says.running = true; });
   watch.arm(limits);
   ASSERT_TRUE(comes([&] { return is_read(); }));
   EXPECT_EQ(stops(), before);
@@ -250,7 +250,7 @@ TEST_F(ChamberWatchTest, AStopReachesTheChamberOnceItsLinkIsBack) {
   watch.stop_now("asked");
   ASSERT_TRUE(comes([&] { return !watch.verdict().trouble.empty(); }));
   EXPECT_FALSE(watch.verdict().is_off);
-  bench.with([](Bench& b) { b.link_is_dead = false; });
+  bench.with([](ChamberBench& b) { b.link_is_dead = false; });
   EXPECT_TRUE(comes([&] { return watch.verdict().is_off; }));
 }
 
@@ -259,7 +259,7 @@ TEST_F(ChamberWatchTest, ADeadLinkAloneTripsNothing) {
   bench.link_is_dead = true;
   watch.arm(limits);
   // Ten looks are 50 ms apart and more: far beyond the limit.
-  ASSERT_TRUE(comes([&] { return bench.with([](Bench& b) { return b.reads; }) >= 10; }));
+  ASSERT_TRUE(comes([&] { return bench.with([](ChamberBench& b) { return b.reads; }) >= 10; }));
   EXPECT_NE(watch.verdict().trouble, "");
   EXPECT_EQ(watch.verdict().tripped, "") << "the campaign waits for its link, and goes on";
 }
@@ -268,7 +268,7 @@ TEST_F(ChamberWatchTest, AControllerThatAnswersNonsenseForTooLongIsSwitchedOff) 
   limits.longest_unreadable = 100ms;
   watch.arm(limits);
   ASSERT_TRUE(comes([&] { return is_read(); }));
-  bench.with([](Bench& b) { b.fault = "air_c reads nan"; });
+  bench.with([](ChamberBench& b) { b.fault = "air_c reads nan"; });
   ASSERT_TRUE(comes([&] { return stops() > 0; }));
   EXPECT_NE(watch.verdict().tripped, "");
 }
@@ -278,7 +278,7 @@ TEST_F(ChamberWatchTest, NonsenseCountsOnWhereTheLinkIsLostNowAndThen) {
   bench.lost_every = 3;
   watch.arm(limits);
   ASSERT_TRUE(comes([&] { return is_read(); }));
-  bench.with([](Bench& b) { b.fault = "air_c reads nan"; });
+  bench.with([](ChamberBench& b) { b.fault = "air_c reads nan"; });
   ASSERT_TRUE(comes([&] { return stops() > 0; }));
   EXPECT_NE(watch.verdict().tripped, "");
 }
@@ -287,13 +287,13 @@ TEST_F(ChamberWatchTest, ALinkThatWasDeadForLongDoesNotMakeOneWrongAnswerALongOn
   limits.longest_unreadable = 10s;
   bench.link_is_dead = true;
   watch.arm(limits);
-  ASSERT_TRUE(comes([&] { return bench.with([](Bench& b) { return b.reads; }) >= 10; }));
-  bench.with([](Bench& b) {
+  ASSERT_TRUE(comes([&] { return bench.with([](ChamberBench& b) { return b.reads; }) >= 10; }));
+  bench.with([](ChamberBench& b) {
     b.link_is_dead = false;
     b.fault = "air_c reads nan";
     b.reads = 0;
   });
-  ASSERT_TRUE(comes([&] { return bench.with([](Bench& b) { return b.reads; }) >= 3; }));
+  ASSERT_TRUE(comes([&] { return bench.with([](ChamberBench& b) { return b.reads; }) >= 3; }));
   EXPECT_EQ(watch.verdict().tripped, "");
 }
 

@@ -15,7 +15,7 @@ namespace {
 using calib::ControlVerdict;
 
 /// A catalog in which unit CS is measured with a bias of its gyros of its own in each campaign.
-class CheckStandard : public testing::Test {
+class CheckStandard : public ::testing::Test {
  protected:
   void measure(const std::string& campaign, double gyro_bias, const std::string& unit = "CS",
                const std::string& purpose = "calibration") {

@@ -18,7 +18,7 @@ using std::chrono::steady_clock;
 
 constexpr milliseconds kSoon{20'000};  // generous: the machine may be busy, and a try takes up to the busy time-out
 
-class JournalTest : public testing::Test {
+class JournalTest : public ::testing::Test {
  protected:
   void SetUp() override {
     std::string name = (fs::temp_directory_path() / "soak-journal-XXXXXX").string();

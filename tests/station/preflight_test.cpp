@@ -7,19 +7,19 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 #include "base/random.h"
+#include "base/units.h"
 #include "calib/vocabulary/position.h"
+#include "tests/errors.h"
 
 namespace soak::station {
 namespace {
 
 using calib::Sensor;
 
-constexpr double kGravity_mps2 = 9.80665;
-constexpr double kRate_hz = 100.0;
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
+constexpr double kStandardGravity_mps2 = 9.80665;
+constexpr double kStatedRate_hz = 100.0;
 
 calib::UnitType judged_type() {
   calib::UnitType type;
@@ -38,16 +38,16 @@ std::vector<PreflightRecord> good_unit(const std::string& serial = "SN1") {
     record.unit = serial;
     record.position = label;
     record.type = judged_type();
-    record.asked_rate_hz = kRate_hz;
-    record.rate_hz = kRate_hz;
+    record.asked_rate_hz = kStatedRate_hz;
+    record.rate_hz = kStatedRate_hz;
     record.samples = 2000;
     record.lost_packets = 3;
     const auto up = calib::position_named(label)->up;
     // White noise of density n, one-sided, sampled at R per second, has the standard deviation n·√(R/2).
-    const double per_density = std::sqrt(kRate_hz / 2.0);
+    const double per_density = std::sqrt(kStatedRate_hz / 2.0);
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      record.spread[axis] = {-0.5 * kRadPerDeg, 0.01 * kRadPerDeg * per_density};
-      record.spread[3 + axis] = {0.15 + kGravity_mps2 * up[axis], 0.001 * per_density};
+      record.spread[axis] = {-0.5 * base::kRadPerDeg, 0.01 * base::kRadPerDeg * per_density};
+      record.spread[3 + axis] = {0.15 + kStandardGravity_mps2 * up[axis], 0.001 * per_density};
     }
     records.push_back(record);
   }
@@ -63,24 +63,22 @@ PreflightFinding only_finding(const std::vector<PreflightRecord>& records) {
   return findings.empty() ? PreflightFinding{} : findings.front();
 }
 
-bool holds(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
-
 TEST(Preflight, AGoodUnitGivesNoFinding) { EXPECT_TRUE(preflight_findings(good_unit()).empty()); }
 
 TEST(Preflight, AUnitThatSendsAtAnotherRateIsFound) {
   for (const double factor : {0.5, 2.0}) {
     auto records = good_unit();
-    for (PreflightRecord& record : records) record.rate_hz = factor * kRate_hz;
+    for (PreflightRecord& record : records) record.rate_hz = factor * kStatedRate_hz;
     const auto [fault, text] = only_finding(records);
     EXPECT_EQ(fault, PreflightFault::wrong_rate);
-    EXPECT_TRUE(holds(text, "SN1") && holds(text, "100")) << text;
+    EXPECT_TRUE(base::holds(text, "SN1") && base::holds(text, "100")) << text;
   }
 }
 
 TEST(Preflight, ARateOfTheUnitsOwnAndARecordingThatBrokeOffAreNoWrongRate) {
   auto records = good_unit();
-  for (PreflightRecord& record : records) record.rate_hz = 1.26 * kRate_hz;
-  records.front().rate_hz = 0.1 * kRate_hz;
+  for (PreflightRecord& record : records) record.rate_hz = 1.26 * kStatedRate_hz;
+  records.front().rate_hz = 0.1 * kStatedRate_hz;
   for (SampleSpread& spread : records.front().spread) spread.sigma *= 0.3;  // the same density
   EXPECT_TRUE(preflight_findings(records).empty());
 }
@@ -91,7 +89,7 @@ TEST(Preflight, AReadingThatIsNoNumberIsFound) {
   spread_of(records[2], Sensor::accel_z) = {nan, nan};
   const auto [fault, text] = only_finding(records);
   EXPECT_EQ(fault, PreflightFault::not_finite);
-  EXPECT_TRUE(holds(text, "unit SN1, accel_z: ")) << text;
+  EXPECT_TRUE(base::holds(text, "unit SN1, accel_z: ")) << text;
 }
 
 TEST(Preflight, ASensorWithoutASingleChangeIsStuck) {
@@ -99,7 +97,7 @@ TEST(Preflight, ASensorWithoutASingleChangeIsStuck) {
   for (PreflightRecord& record : records) spread_of(record, Sensor::gyro_y) = {0.002, 0.0};
   const auto [fault, text] = only_finding(records);
   EXPECT_EQ(fault, PreflightFault::stuck);
-  EXPECT_TRUE(holds(text, "unit SN1, gyro_y: ")) << text;
+  EXPECT_TRUE(base::holds(text, "unit SN1, gyro_y: ")) << text;
 }
 
 TEST(Preflight, ASensorThatStoodStillInOnePositionOnlyIsNotStuck) {
@@ -113,18 +111,18 @@ TEST(Preflight, ASensorThatStoodStillInOnePositionOnlyIsNotStuck) {
 TEST(Preflight, NoiseAboveTheTypesLimitIsToldWithBothFigures) {
   auto records = good_unit();
   // 0.05 deg/s/√Hz at 100 samples per second.
-  spread_of(records[4], Sensor::gyro_z).sigma = 0.05 * std::sqrt(50.0) * kRadPerDeg;
+  spread_of(records[4], Sensor::gyro_z).sigma = 0.05 * std::sqrt(50.0) * base::kRadPerDeg;
   PreflightFinding found = only_finding(records);
   EXPECT_EQ(found.fault, PreflightFault::noise);
-  EXPECT_TRUE(holds(found.text, "unit SN1, gyro_z: ")) << found.text;
-  EXPECT_TRUE(holds(found.text, " 0.05 deg/s/√Hz") && holds(found.text, " 0.02")) << found.text;
+  EXPECT_TRUE(base::holds(found.text, "unit SN1, gyro_z: ")) << found.text;
+  EXPECT_TRUE(base::holds(found.text, " 0.05 deg/s/√Hz") && base::holds(found.text, " 0.02")) << found.text;
 
   records = good_unit();
   spread_of(records[0], Sensor::accel_x).sigma = 0.003 * std::sqrt(50.0);
   found = only_finding(records);
   EXPECT_EQ(found.fault, PreflightFault::noise);
-  EXPECT_TRUE(holds(found.text, "unit SN1, accel_x: ")) << found.text;
-  EXPECT_TRUE(holds(found.text, " 0.003 m/s2/√Hz") && holds(found.text, " 0.002")) << found.text;
+  EXPECT_TRUE(base::holds(found.text, "unit SN1, accel_x: ")) << found.text;
+  EXPECT_TRUE(base::holds(found.text, " 0.003 m/s2/√Hz") && base::holds(found.text, " 0.002")) << found.text;
 }
 
 TEST(Preflight, NoiseDensityDoesNotDependOnTheSampleRate) {
@@ -136,7 +134,7 @@ TEST(Preflight, NoiseDensityDoesNotDependOnTheSampleRate) {
     for (SampleSpread& spread : record.spread) spread.sigma *= std::sqrt(10.0);
   }
   EXPECT_TRUE(preflight_findings(records).empty());
-  for (PreflightRecord& record : records) record.rate_hz = record.asked_rate_hz = kRate_hz;
+  for (PreflightRecord& record : records) record.rate_hz = record.asked_rate_hz = kStatedRate_hz;
   EXPECT_EQ(preflight_findings(records).size(), calib::kSensorCount);
 }
 
@@ -145,15 +143,15 @@ TEST(Preflight, ABiasIsToldWithoutGravity) {
   for (PreflightRecord& record : records) spread_of(record, Sensor::accel_z).mean += 0.35;  // to 0.5 m/s²
   PreflightFinding found = only_finding(records);
   EXPECT_EQ(found.fault, PreflightFault::bias);
-  EXPECT_TRUE(holds(found.text, "unit SN1, accel_z: ")) << found.text;
-  EXPECT_TRUE(holds(found.text, " 0.5 m/s2") && holds(found.text, " 0.3")) << found.text;
+  EXPECT_TRUE(base::holds(found.text, "unit SN1, accel_z: ")) << found.text;
+  EXPECT_TRUE(base::holds(found.text, " 0.5 m/s2") && base::holds(found.text, " 0.3")) << found.text;
 
   records = good_unit();
-  for (PreflightRecord& record : records) spread_of(record, Sensor::gyro_x).mean = -1.5 * kRadPerDeg;
+  for (PreflightRecord& record : records) spread_of(record, Sensor::gyro_x).mean = -1.5 * base::kRadPerDeg;
   found = only_finding(records);
   EXPECT_EQ(found.fault, PreflightFault::bias);
-  EXPECT_TRUE(holds(found.text, "unit SN1, gyro_x: ")) << found.text;
-  EXPECT_TRUE(holds(found.text, " -1.5 deg/s") && holds(found.text, " 1")) << found.text;
+  EXPECT_TRUE(base::holds(found.text, "unit SN1, gyro_x: ")) << found.text;
+  EXPECT_TRUE(base::holds(found.text, " -1.5 deg/s") && base::holds(found.text, " 1")) << found.text;
 }
 
 TEST(Preflight, ALimitThatTheTypeDoesNotStateIsNotJudged) {
@@ -174,7 +172,7 @@ TEST(Preflight, SamplesAtARailAreCountedOverThePositions) {
   records[5].clipped = 5;
   const auto [fault, text] = only_finding(records);
   EXPECT_EQ(fault, PreflightFault::clipped);
-  EXPECT_TRUE(holds(text, "unit SN1: 7 ")) << text;
+  EXPECT_TRUE(base::holds(text, "unit SN1: 7 ")) << text;
 }
 
 TEST(Preflight, LostPacketsMayBeOneInAThousand) {
@@ -184,7 +182,7 @@ TEST(Preflight, LostPacketsMayBeOneInAThousand) {
   records.back().lost_packets = 13;
   const auto [fault, text] = only_finding(records);
   EXPECT_EQ(fault, PreflightFault::lost_packets);
-  EXPECT_TRUE(holds(text, "unit SN1: 13 ") && holds(text, " 12013")) << text;
+  EXPECT_TRUE(base::holds(text, "unit SN1: 13 ") && base::holds(text, " 12013")) << text;
 }
 
 TEST(Preflight, TooFewSamplesAreToldWithTheirPosition) {
@@ -194,7 +192,7 @@ TEST(Preflight, TooFewSamplesAreToldWithTheirPosition) {
   records[3].samples = 19;
   const auto [fault, text] = only_finding(records);
   EXPECT_EQ(fault, PreflightFault::few_samples);
-  EXPECT_TRUE(holds(text, " 19 ") && holds(text, "-Y")) << text;
+  EXPECT_TRUE(base::holds(text, " 19 ") && base::holds(text, "-Y")) << text;
 }
 
 TEST(Preflight, AUnitThatGaveNothingHasAFindingForEachPosition) {
@@ -206,7 +204,7 @@ TEST(Preflight, AUnitThatGaveNothingHasAFindingForEachPosition) {
   const auto findings = preflight_findings(records);
   for (const std::string_view label : calib::kSixPositionLabels) {
     EXPECT_TRUE(std::any_of(findings.begin(), findings.end(), [&](const PreflightFinding& finding) {
-      return finding.fault == PreflightFault::few_samples && holds(finding.text, std::string(label));
+      return finding.fault == PreflightFault::few_samples && base::holds(finding.text, std::string(label));
     })) << label;
   }
 }
@@ -220,7 +218,7 @@ TEST(Preflight, EachUnitIsJudgedByItself) {
   for (std::size_t i = 0; i < other.size(); ++i) records.insert(records.begin() + static_cast<int>(2 * i), other[i]);
   const auto findings = preflight_findings(records);
   ASSERT_EQ(findings.size(), 2U);
-  for (const PreflightFinding& finding : findings) EXPECT_TRUE(holds(finding.text, "unit SN2")) << finding.text;
+  for (const PreflightFinding& finding : findings) EXPECT_TRUE(base::holds(finding.text, "unit SN2")) << finding.text;
 }
 
 TEST(Preflight, WhiteNoiseOfAKnownDensityIsMeasuredRight) {
@@ -230,10 +228,10 @@ TEST(Preflight, WhiteNoiseOfAKnownDensityIsMeasuredRight) {
     SegmentCapture capture(1000.0);
     for (int i = 0; i <= 20'000; ++i) {
       hal::ImuSample sample;
-      sample.t_s = i / kRate_hz;
+      sample.t_s = i / kStatedRate_hz;
       for (float& rate : sample.rate_rps) rate = static_cast<float>(1e-4 * random.gaussian());
       for (float& accel : sample.accel_mps2) {
-        accel = static_cast<float>(share * 0.002 * std::sqrt(kRate_hz / 2.0) * random.gaussian());
+        accel = static_cast<float>(share * 0.002 * std::sqrt(kStatedRate_hz / 2.0) * random.gaussian());
       }
       static_cast<void>(capture.takes(sample));
     }

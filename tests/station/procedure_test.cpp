@@ -201,7 +201,7 @@ struct Mistake {
   const char* says;
 };
 
-class OneMistake : public testing::TestWithParam<Mistake> {};
+class OneMistake : public ::testing::TestWithParam<Mistake> {};
 
 TEST_P(OneMistake, IsRefusedAtItsLine) {
   const base::Error error = refusal(GetParam().after, GetParam().line);

@@ -10,9 +10,9 @@ namespace soak::station {
 namespace {
 
 /// Feeds samples at 100 Hz, from where the last ones ended.
-class Bench {
+class RateBench {
  public:
-  Bench(const char* position, double rate_dps) { watch.expect(*calib::position_named(position), rate_dps); }
+  RateBench(const char* position, double rate_dps) { watch.expect(*calib::position_named(position), rate_dps); }
 
   void turn(double seconds, const calib::Vector3& rate_dps, double swing_dps = 0.0) {
     for (int i = 0; i < std::lround(100.0 * seconds); ++i) {
@@ -31,7 +31,7 @@ class Bench {
 };
 
 TEST(RateWatch, BelievesNothingBeforeTwoSecondsOfTheRightRate) {
-  Bench bench("+Z", 60.0);
+  RateBench bench("+Z", 60.0);
   EXPECT_FALSE(bench.watch.right());
   bench.turn(1.9, {0, 0, 60});
   EXPECT_FALSE(bench.watch.right());
@@ -41,29 +41,29 @@ TEST(RateWatch, BelievesNothingBeforeTwoSecondsOfTheRightRate) {
 }
 
 TEST(RateWatch, CountsTheRateAboutWhatPointsUp) {
-  Bench below("-Y", 60.0);
+  RateBench below("-Y", 60.0);
   below.turn(2.1, {0, -60, 0});
   EXPECT_TRUE(below.watch.right()) << "the y gyro of a unit on its head reads the other sign";
-  Bench other("-Y", 60.0);
+  RateBench other("-Y", 60.0);
   other.turn(2.1, {0, 60, 0});
   EXPECT_FALSE(other.watch.right());
   EXPECT_NEAR(*other.watch.measured_dps(), -60.0, 1e-3);
 }
 
 TEST(RateWatch, ForgivesTheUnitItsOwnErrorsAndTheFixtureNone) {
-  Bench unit("+X", 100.0);
+  RateBench unit("+X", 100.0);
   unit.turn(2.1, {103.5, 3, -3}, 5.0);
   EXPECT_TRUE(unit.watch.right()) << "bias, scale, misalignment, noise";
-  Bench slow("+X", 100.0);
+  RateBench slow("+X", 100.0);
   slow.turn(2.1, {90, 0, 0});
   EXPECT_FALSE(slow.watch.right());
-  Bench tilted("+X", 100.0);
+  RateBench tilted("+X", 100.0);
   tilted.turn(2.1, {98, 15, 0});
   EXPECT_FALSE(tilted.watch.right()) << "it turns about something else as well";
 }
 
 TEST(RateWatch, JudgesTheLastTwoSecondsAndBeginsAnewWithEachRate) {
-  Bench bench("+Z", 60.0);
+  RateBench bench("+Z", 60.0);
   bench.turn(2.1, {0, 0, 30});
   EXPECT_FALSE(bench.watch.right()) << "still speeding up";
   bench.turn(4.0, {0, 0, 60});
@@ -77,7 +77,7 @@ TEST(RateWatch, JudgesTheLastTwoSecondsAndBeginsAnewWithEachRate) {
 }
 
 TEST(RateWatch, ARestartOfTheUnitsClockBeginsTheTwoSecondsAnew) {
-  Bench bench("+Z", 60.0);
+  RateBench bench("+Z", 60.0);
   bench.turn(1.9, {0, 0, 60});
   bench.t_s = 0.0;
   bench.turn(1.0, {0, 0, 60});

@@ -6,7 +6,7 @@
 namespace soak::station {
 namespace {
 
-Procedure soak(double coldest_c, double warmest_c) {
+Procedure rated_soak(double coldest_c, double warmest_c) {
   Procedure p;
   p.file = "p.toml";
   p.set_points_c = {20.0, coldest_c, warmest_c};
@@ -24,15 +24,15 @@ calib::UnitType rated(std::string name, double min_c, double max_c) {
 
 TEST(RatingCheck, OvershootCountsAtBothEnds) {
   const std::vector<calib::UnitType> types = {rated("a", -40.0, 85.0)};
-  EXPECT_TRUE(check_ratings(soak(-38.0, 83.0), types, {}, {}));
-  EXPECT_FALSE(check_ratings(soak(-38.1, 83.0), types, {}, {}));
-  EXPECT_FALSE(check_ratings(soak(-38.0, 83.1), types, {}, {}));
+  EXPECT_TRUE(check_ratings(rated_soak(-38.0, 83.0), types, {}, {}));
+  EXPECT_FALSE(check_ratings(rated_soak(-38.1, 83.0), types, {}, {}));
+  EXPECT_FALSE(check_ratings(rated_soak(-38.0, 83.1), types, {}, {}));
 }
 
 TEST(RatingCheck, EveryTypeThatCannotBearItIsNamedWithRatingAndSetPoint) {
   const std::vector<calib::UnitType> types = {rated("good", -40.0, 85.0), rated("cold", -40.0, 60.0),
                                               rated("warm", 0.0, 85.0)};
-  const auto status = check_ratings(soak(-30.0, 70.0), types, {}, {});
+  const auto status = check_ratings(rated_soak(-30.0, 70.0), types, {}, {});
   ASSERT_FALSE(status);
   EXPECT_EQ(status.error().kind, base::ErrorKind::bad_input);
   EXPECT_EQ(status.error().where, "p.toml");
@@ -45,7 +45,7 @@ TEST(RatingCheck, EveryTypeThatCannotBearItIsNamedWithRatingAndSetPoint) {
 
 TEST(RatingCheck, OfATextNamesTheLineOfTheSetPoints) {
   const std::string head =
-      "name=\"n\"\npurpose=\"diagnosis\"\nkind=\"soak\"\npositions.order=[\"+X\"]\n[temperatures]\n";
+      "name=\"n\"\npurpose=\"diagnosis\"\nkind=\"rated_soak\"\npositions.order=[\"+X\"]\n[temperatures]\n";
   const std::vector<calib::UnitType> types = {rated("a", -40.0, 85.0)};
   EXPECT_TRUE(parse_procedure(head + "overshoot_c=2\nlist_c=[83]\n", "p.toml", types));
   EXPECT_EQ(parse_procedure(head + "overshoot_c=2\nlist_c=[84]\n", "p.toml", types).error().where, "p.toml:7");
@@ -55,22 +55,22 @@ TEST(RatingCheck, OfATextNamesTheLineOfTheSetPoints) {
 
 TEST(RatingCheck, ATypeWithoutARatingIsRefused) {
   calib::UnitType unknown;
-  EXPECT_FALSE(check_ratings(soak(20.0, 21.0), {unknown}, {}, {}));
+  EXPECT_FALSE(check_ratings(rated_soak(20.0, 21.0), {unknown}, {}, {}));
   unknown.temp_min_c = -100.0;
-  EXPECT_FALSE(check_ratings(soak(20.0, 21.0), {unknown}, {}, {}));
+  EXPECT_FALSE(check_ratings(rated_soak(20.0, 21.0), {unknown}, {}, {}));
 }
 
 TEST(RatingCheck, TheTemperatureThatARunEndsAtCounts) {
-  Procedure p = soak(-5.0, 10.0);
+  Procedure p = rated_soak(-5.0, 10.0);
   EXPECT_FALSE(check_ratings(p, {rated("cold only", -40.0, 26.0)}, {}, {}));  // ends at 25 °C
   EXPECT_TRUE(check_ratings(p, {rated("cold only", -40.0, 27.0)}, {}, {}));
 }
 
 TEST(RatingCheck, TheChamberTakesItsLimitsAsSetPoints) {
-  EXPECT_TRUE(check_ratings(soak(-30.0, 70.0), {}, -30.0, 70.0));
-  EXPECT_FALSE(check_ratings(soak(-30.0, 70.0), {}, -29.0, {}));
-  EXPECT_FALSE(check_ratings(soak(-30.0, 70.0), {}, {}, 69.0));
-  EXPECT_TRUE(check_ratings(soak(-30.0, 70.0), {}, {}, {}));
+  EXPECT_TRUE(check_ratings(rated_soak(-30.0, 70.0), {}, -30.0, 70.0));
+  EXPECT_FALSE(check_ratings(rated_soak(-30.0, 70.0), {}, -29.0, {}));
+  EXPECT_FALSE(check_ratings(rated_soak(-30.0, 70.0), {}, {}, 69.0));
+  EXPECT_TRUE(check_ratings(rated_soak(-30.0, 70.0), {}, {}, {}));
 }
 
 }  // namespace

@@ -23,8 +23,6 @@ constexpr double kDay_s = 86400.0;
 
 double day(const char* text) { return parse_iso_date(text).value(); }
 
-bool holds(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
-
 class ReferenceRule : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -78,7 +76,7 @@ TEST_F(ReferenceRule, AnEmptyRegisterBlocksNothingAndIsNoted) {
   ASSERT_TRUE(judged);
   EXPECT_TRUE(judged->uses.empty());
   ASSERT_EQ(judged->notes.size(), 1U);
-  EXPECT_TRUE(holds(judged->notes[0], "'soak reference add'"));
+  EXPECT_TRUE(base::holds(judged->notes[0], "'soak reference add'"));
 }
 
 TEST_F(ReferenceRule, TakesTheCertificateThatWasTheNewestOnThatDay) {
@@ -176,7 +174,7 @@ TEST_F(ReferenceRule, AReferenceThatWasRetiredSinceIsToldOfAndKept) {
   const auto warnings = reference_warnings(*catalog, *uses);
   ASSERT_EQ(warnings->size(), 1U);
   EXPECT_EQ(warnings->at(0).code, "reference_retired");
-  EXPECT_TRUE(holds(warnings->at(0).text, "'probe 3'") && holds(warnings->at(0).text, "dropped"));
+  EXPECT_TRUE(base::holds(warnings->at(0).text, "'probe 3'") && base::holds(warnings->at(0).text, "dropped"));
 }
 
 TEST_F(ReferenceRule, AUseSaysInWhichOfTheCampaignsItWas) {
@@ -235,7 +233,7 @@ TEST(WaiverWarnings, NameEachWaiverWhoseSignatureDoesNotFit) {
   const auto warnings = waiver_warnings({{reference, good}, {reference, bad}});
   ASSERT_EQ(warnings.size(), 1U);
   EXPECT_EQ(warnings[0].code, "waiver_signature");
-  EXPECT_TRUE(holds(warnings[0].text, "Ann") && holds(warnings[0].text, "'level 1'"));
+  EXPECT_TRUE(base::holds(warnings[0].text, "Ann") && base::holds(warnings[0].text, "'level 1'"));
 }
 
 TEST(DaysUntil, CountTheCalendarOfUtc) {
@@ -260,7 +258,7 @@ TEST_F(ReferenceRule, OnesThatWereNotCalibratedYetAreLeftOutAndNoted) {
   ASSERT_TRUE(judged);
   EXPECT_TRUE(judged->uses.empty());
   ASSERT_EQ(judged->notes.size(), 1U);
-  EXPECT_TRUE(holds(judged->notes[0], "'probe 3'") && holds(judged->notes[0], "2026-05-01"));
+  EXPECT_TRUE(base::holds(judged->notes[0], "'probe 3'") && base::holds(judged->notes[0], "2026-05-01"));
 }
 
 TEST_F(ReferenceRule, OneThatHasExpiredBlocksFromTheDueDayOnAndTheRemediesAreNamed) {
@@ -273,9 +271,9 @@ TEST_F(ReferenceRule, OneThatHasExpiredBlocksFromTheDueDayOnAndTheRemediesAreNam
   EXPECT_EQ(blocked.error().kind, base::ErrorKind::bad_input);
   for (const char* part : {"chamber_probe 'probe 3'", "D-K-15048", "level 'level 1'", "2026-01-01",
                            "soak reference add", "soak reference waive --kind chamber_probe --name \"probe 3\""}) {
-    EXPECT_TRUE(holds(blocked.error().message, part)) << part << "\n" << blocked.error().message;
+    EXPECT_TRUE(base::holds(blocked.error().message, part)) << part << "\n" << blocked.error().message;
   }
-  EXPECT_FALSE(holds(blocked.error().message, "M-1"));
+  EXPECT_FALSE(base::holds(blocked.error().message, "M-1"));
 }
 
 TEST_F(ReferenceRule, OneThatExpiresBeforeTheEndIsNotedAndUsed) {
@@ -298,7 +296,7 @@ TEST_F(ReferenceRule, AWaiverLetsAnExpiredOneBeUsedAndStandsBesideIt) {
   ASSERT_TRUE(judged->uses[0].waiver);
   EXPECT_EQ(judged->uses[0].waiver->reason, "second");
   ASSERT_EQ(judged->notes.size(), 1U);
-  EXPECT_TRUE(holds(judged->notes[0], "Ann") && holds(judged->notes[0], "second"));
+  EXPECT_TRUE(base::holds(judged->notes[0], "Ann") && base::holds(judged->notes[0], "second"));
   EXPECT_FALSE(judge("2025-06-01")->uses[0].waiver) << "it was good then";
 }
 

@@ -54,9 +54,9 @@ struct Recorded {
 };
 
 /// Carries out steps one by one from a room-warm chamber, with units off and the fixture anywhere.
-class Lab {
+class StoppedLab {
  public:
-  explicit Lab(const Plan& plan) : plan_(plan) {}
+  explicit StoppedLab(const Plan& plan) : plan_(plan) {}
 
   void carry_out(std::size_t index) {
     const Step& step = plan_.steps[index];
@@ -107,7 +107,7 @@ class Lab {
 };
 
 std::map<std::size_t, Recorded> undisturbed(const Plan& plan) {
-  Lab lab(plan);
+  StoppedLab lab(plan);
   for (std::size_t i = 0; i < plan.steps.size(); ++i) lab.carry_out(i);
   std::map<std::size_t, Recorded> by_step;
   for (const Recorded& recorded : lab.recorded) by_step[recorded.step] = recorded;
@@ -122,7 +122,7 @@ std::set<std::size_t> first_steps(std::size_t count) {
 
 /// What is measured after a break, to the end of the run that follows the present one.
 std::vector<Recorded> after_break(const Plan& plan, const WayBack& way) {
-  Lab lab(plan);
+  StoppedLab lab(plan);
   for (const std::size_t step : way.steps) lab.carry_out(step);
   const auto run = static_cast<std::size_t>(plan.steps[way.steps.back()].run);
   const std::size_t end = plan.runs[std::min(run + 1, plan.runs.size() - 1)].last_step;
@@ -244,7 +244,7 @@ TEST(WayToVisit, MeasuresTheRestOfARunAsItWouldHaveBeenThoughTheChamberHasGoneTo
   for (const Plan& plan : all_plans()) {
     const auto truth = undisturbed(plan);
     for (const std::size_t cut : steps_of_visits(plan)) {
-      Lab lab(plan);
+      StoppedLab lab(plan);
       for (std::size_t i = 0; i < cut; ++i) lab.carry_out(i);
       lab.recorded.clear();
       lab.drive_to(kRoomC);

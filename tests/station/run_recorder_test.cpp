@@ -19,7 +19,7 @@ namespace {
 
 using namespace recorder_bench;
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kQuietNan = std::numeric_limits<double>::quiet_NaN();
 
 TEST_F(RunRecorderTest, KeepsTheAzimuthsOfThePositionsThatOccur) {
   const auto at = [](std::string_view label, double azimuth_deg) {
@@ -89,7 +89,7 @@ TEST_F(RunRecorderTest, GivesBackEveryNumberThatWentIn) {
   ASSERT_EQ(r.rows(), sent.size());
   std::map<std::string, std::vector<double>> auxiliary;
   for (const auto& channel : r.auxiliary) auxiliary[channel.name] = channel.values;
-  double temp_c = kNan;
+  double temp_c = kQuietNan;
   for (std::size_t i = 0; i < sent.size(); ++i) {
     EXPECT_EQ(r.t_s[i], sent[i].t_s);
     for (std::size_t axis = 0; axis < 3; ++axis) {

@@ -91,8 +91,6 @@ class StartCheck : public ::testing::Test {
   StartRequest request;
 };
 
-bool holds(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
-
 TEST_F(StartCheck, AnAhrs400NeedsTheRangesOfItsLabelInTheUnitType) {
   config.slots[0].decoder = hal::UnitDecoder::ahrs400;
   EXPECT_TRUE(base::mentions(refusal(), {"gyro.range_dps", "accel.range_mps2"}));
@@ -122,9 +120,10 @@ TEST_F(StartCheck, TakesTheConfiguredUnitsWhereTheRequestNamesNone) {
 
 TEST_F(StartCheck, RefusesWhatNoLaboratoryCouldDo) {
   request.units = {{"A", "SN1"}, {"B", "SN1"}};
-  EXPECT_TRUE(holds(refusal(), "SN1") && holds(refusal(), "slot A") && holds(refusal(), "slot B")) << refusal();
+  EXPECT_TRUE(base::holds(refusal(), "SN1") && base::holds(refusal(), "slot A") && base::holds(refusal(), "slot B"))
+      << refusal();
   request.units = {{"Q", "SN1"}};
-  EXPECT_TRUE(holds(refusal(), "'Q'")) << refusal();
+  EXPECT_TRUE(base::holds(refusal(), "'Q'")) << refusal();
   request.units = {{"A", ""}};
   EXPECT_EQ(refused_at(), "--unit");
   request.units = {{"A", "SN1"}};
@@ -132,7 +131,7 @@ TEST_F(StartCheck, RefusesWhatNoLaboratoryCouldDo) {
   EXPECT_EQ(refused_at(), "--name");
   request.campaign = "c1";
   request.procedure_text = "name = 3\n";
-  EXPECT_TRUE(holds(refusal(), "short.toml:1")) << refusal();
+  EXPECT_TRUE(base::holds(refusal(), "short.toml:1")) << refusal();
 }
 
 TEST_F(StartCheck, AReviewTellsTheMistakesOfEachPartAndKeepsWhatIsSound) {
@@ -146,7 +145,7 @@ TEST_F(StartCheck, AReviewTellsTheMistakesOfEachPartAndKeepsWhatIsSound) {
   ASSERT_EQ(reviewed.mistakes.size(), 3U);
   EXPECT_EQ(reviewed.mistakes[0].where, "--name");
   EXPECT_EQ(reviewed.mistakes[1].where, "unit SN2");
-  EXPECT_TRUE(holds(reviewed.mistakes[2].message, "'Q'")) << reviewed.mistakes[2].message;
+  EXPECT_TRUE(base::holds(reviewed.mistakes[2].message, "'Q'")) << reviewed.mistakes[2].message;
   request.procedure_text = "name = 3\n";
   reviewed = review_start(request, config, *catalog);
   EXPECT_FALSE(reviewed.procedure);
@@ -157,9 +156,9 @@ TEST_F(StartCheck, AReviewTellsTheMistakesOfEachPartAndKeepsWhatIsSound) {
 TEST_F(StartCheck, RefusesATurnOfTheFixtureThatTheRunFilesCouldNotSay) {
   request.procedure_text = kProcedure;
   request.procedure_text.replace(request.procedure_text.find("[preflight]"), 0, "turned_deg = 90\n");
-  EXPECT_TRUE(holds(refusal(), "azimuths_deg")) << refusal();
+  EXPECT_TRUE(base::holds(refusal(), "azimuths_deg")) << refusal();
   config.fixture.emplace();
-  EXPECT_TRUE(holds(refusal(), "azimuths_deg")) << refusal();
+  EXPECT_TRUE(base::holds(refusal(), "azimuths_deg")) << refusal();
   config.fixture->azimuths_deg = {0, 90, 90, 90, 270, 90};
   EXPECT_EQ(checked().plan.procedure.turned_deg, 90.0);
 }
@@ -167,10 +166,10 @@ TEST_F(StartCheck, RefusesATurnOfTheFixtureThatTheRunFilesCouldNotSay) {
 TEST_F(StartCheck, RefusesAUnitThatCannotBearTheTemperatures) {
   add_type("tender", "[rating]\ntemp_min_c = 5\ntemp_max_c = 60\n");
   config.slots[0].unit_type = "tender";
-  EXPECT_TRUE(holds(refusal(), "'tender'")) << refusal();
+  EXPECT_TRUE(base::holds(refusal(), "'tender'")) << refusal();
   add_type("unrated", "");
   config.slots[0].unit_type = "unrated";
-  EXPECT_TRUE(holds(refusal(), "'unrated'")) << refusal();
+  EXPECT_TRUE(base::holds(refusal(), "'unrated'")) << refusal();
 }
 
 TEST_F(StartCheck, TheCatalogKnowsTheTypeBetterThanTheSlot) {
@@ -180,7 +179,7 @@ TEST_F(StartCheck, TheCatalogKnowsTheTypeBetterThanTheSlot) {
   request.units = {{"A", "SN2"}};
   EXPECT_EQ(checked().units[0].type.name, "plain");
   config.slots[0].unit_type = "";
-  EXPECT_TRUE(holds(refusal(), "SN2")) << refusal();
+  EXPECT_TRUE(base::holds(refusal(), "SN2")) << refusal();
 }
 
 TEST_F(StartCheck, TheAxesThatADeviceSendsAreComposedWithTheSlots) {
@@ -224,7 +223,7 @@ TEST_F(StartCheck, AFarChamberIsRefusedOnlyWhereThePreflightComesFirst) {
     EXPECT_EQ(refused.error().kind, base::ErrorKind::bad_input);
     EXPECT_EQ(refused.error().where, "state");
   }
-  EXPECT_TRUE(holds(check_room(start, 0, 25.0, -30.0).error().message, "-30.0 °C"));
+  EXPECT_TRUE(base::holds(check_room(start, 0, 25.0, -30.0).error().message, "-30.0 °C"));
   EXPECT_FALSE(check_room(start, start.plan.runs[0].last_step, 25.0, -30.0));
   EXPECT_TRUE(check_room(start, start.plan.runs[1].first_step, 25.0, -30.0)) << "a campaign that is resumed";
   request.procedure_text = std::string(kProcedure).replace(std::string(kProcedure).find("= 20\n"), 5, "= 0\n");
@@ -239,7 +238,7 @@ TEST_F(StartCheck, ADiskThatIsTooSmallForWhatIsLeftIsRefused) {
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().kind, base::ErrorKind::bad_input);
   EXPECT_EQ(refused.error().where, folder.string());
-  EXPECT_TRUE(holds(refused.error().message, " MB")) << refused.error().message;
+  EXPECT_TRUE(base::holds(refused.error().message, " MB")) << refused.error().message;
   EXPECT_TRUE(check_disk(start, 1, folder)) << "that step is done";
 }
 
@@ -250,7 +249,7 @@ TEST_F(StartCheck, ACampaignWithoutTheStationsCheckStandardIsNoted) {
   const std::string id =
       catalog->add_check_standard({.unit = "CS1", .since_utc_s = 1.0, .reason = "test", .user = "eva"}).value();
   ASSERT_TRUE(note());
-  EXPECT_TRUE(holds(*note(), "CS1")) << *note();
+  EXPECT_TRUE(base::holds(*note(), "CS1")) << *note();
   request.units["B"] = "CS1";
   EXPECT_FALSE(note());
   request.units.erase("B");

@@ -15,15 +15,15 @@
 namespace soak::station {
 namespace {
 
-const std::filesystem::path kProcedures = std::filesystem::path(SOAK_TEST_FOLDER).parent_path() / "procedures";
+const std::filesystem::path kShippedProcedures = std::filesystem::path(SOAK_TEST_FOLDER).parent_path() / "procedures";
 
 /// A folder with a station's configuration that refers to the shipped maps by relative paths.
-class StationConfigFile : public testing::Test {
+class StationConfigFile : public ::testing::Test {
  protected:
   void SetUp() override {
     char name[] = "/tmp/soak-config-XXXXXX";
     folder_ = mkdtemp(name);
-    std::filesystem::create_directory_symlink(kProcedures, folder_ / "procedures");
+    std::filesystem::create_directory_symlink(kShippedProcedures, folder_ / "procedures");
   }
   void TearDown() override { std::filesystem::remove_all(folder_); }
 
