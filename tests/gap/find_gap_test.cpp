@@ -118,7 +118,7 @@ TEST(FindGap, TellsHowWellEachCellOfTheMapIsKnown) {
   for (const Observation& row : some.rows) last_visit = std::max(last_visit, row.visit);
   std::erase_if(some.rows, [&](const Observation& row) { return row.run >= 2 && row.visit == last_visit; });
   const TemperatureHistory history(campaign, some);
-  const RemainderMap map = remainder_map(some, history, {}, std::nullopt);
+  const RemainderMap map = remainder_map(CampaignModel(some, history), {});
   for (const Sensor sensor : kSensors) {
     const auto& part = map.sensor[index_of(sensor)];
     ASSERT_TRUE(part) << name_of(sensor);

@@ -1,9 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
+// The base's curve, and what the base takes off.
 #include "calib/gap/base/base_curve.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <optional>
+
+#include "calib/gap/base/campaign_model.h"
+#include "tests/gap/made_up_campaign.h"
 
 namespace soak::calib::gap {
 namespace {
@@ -49,6 +54,31 @@ TEST(LevelSpline, OfOneKnotIsAConstant) {
   const LevelSpline spline({25.0});
   EXPECT_EQ(spline.weights(60.0)(0), 1.0);
   EXPECT_EQ(spline.slope_weights(60.0)(0), 0.0);
+}
+
+// The normal equations of least squares, also where columns depend on each other: without the first run the offsets of
+// the others say what the levels do, and the offset of another run that is left out has no readings.
+TEST(CampaignModel, LeavesNothingAlongWhatIsFreeInTheBaseWhateverRunIsLeftOut) {
+  made_up::Plan plan;
+  plan.runs = 3;
+  const auto campaign = made_up::campaign(plan, made_up::nothing());
+  const Observations observations = observe(campaign);
+  const TemperatureHistory history(campaign, observations);
+  for (const std::optional<int> left_out : {std::optional<int>(), std::optional(0), std::optional(2)}) {
+    const CampaignModel model(observations, history, left_out);
+    for (const Sensor sensor : kSensors) {
+      const SensorResidual& residual = model.residuals().sensor[index_of(sensor)].value();
+      std::vector<double> temp_c;
+      for (const Observation& row : observations.rows) temp_c.push_back(row.sensor_temp_c[index_of(sensor)]);
+      const BaseDesign design = base_design(observations, sensor, temp_c);
+      const Eigen::MatrixXd white = residual.whiten(design.columns);
+      for (Eigen::Index k = 0; k < white.cols(); ++k) {
+        if (k >= design.levels && k < 2 * design.levels) continue;  // slopes have a prior
+        const double most = white.col(k).norm() * residual.residual().norm();
+        EXPECT_LE(std::abs(white.col(k).dot(residual.residual())), 1e-7 * most) << name_of(sensor) << " column " << k;
+      }
+    }
+  }
 }
 
 }  // namespace

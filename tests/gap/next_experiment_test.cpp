@@ -109,7 +109,7 @@ NextExperiment between(const Prepared& prepared, std::string_view effect, const 
   EXPECT_TRUE(winner);
   if (!winner) return {};
   for (const auto& rival : rivals) winner->rivals.push_back({effect_named(rival), {}});
-  return next_experiment(prepared.campaign, prepared.observations, prepared.history, {*winner}, 0);
+  return next_experiment(prepared.campaign, prepared.model, {*winner}, 0);
 }
 
 // The unit still moves while it is recorded. With a longer soak the rate is gone, the memory is not; at half the ramp

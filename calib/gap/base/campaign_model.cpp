@@ -16,6 +16,54 @@ constexpr double kRankTolerance = 1e-9;
 constexpr int kPasses = 3;
 constexpr double kNoSlope = 1e12;  ///< prior that keeps a slope at that of the spline
 constexpr double kSlow_s = 7200.0;
+/// Of columns of unit length, the least distance of each from those before it: where all keep it, the normal equations
+/// lose no more than half of the digits.
+constexpr double kIndependent = 1e-3;
+
+Eigen::MatrixXd beside(const Eigen::MatrixXd& left, const Eigen::MatrixXd& right) {
+  Eigen::MatrixXd both(left.rows(), left.cols() + right.cols());
+  both << left, right;
+  return both;
+}
+
+/// Lower triangle of aᵀa.
+Eigen::MatrixXd products_of(const Eigen::MatrixXd& a) {
+  Eigen::MatrixXd products = Eigen::MatrixXd::Zero(a.cols(), a.cols());
+  products.selfadjointView<Eigen::Lower>().rankUpdate(a.transpose());
+  return products;
+}
+
+/// Least squares of columns that do not depend on each other, but for columns of zeros (the offset of a run that is
+/// left out), by normal equations with one step of refinement; nothing where some nearly do.
+std::optional<anfis::LeastSquaresFit> solve_independent(const Eigen::MatrixXd& a, const Eigen::VectorXd& b) {
+  const Eigen::VectorXd norm = a.colwise().norm().transpose();
+  if (norm.size() == 0 || !norm.allFinite() || !b.allFinite()) return std::nullopt;
+  const Eigen::VectorXd scale = (norm.array() > 0.0).select(norm.cwiseInverse(), 0.0);
+  const Eigen::MatrixXd unit = a * scale.asDiagonal();
+  Eigen::MatrixXd products = products_of(unit);
+  const Eigen::VectorXd empty = (norm.array() > 0.0).select(Eigen::VectorXd::Zero(norm.size()), 1.0);
+  products.diagonal() += empty;
+  const std::optional<Eigen::MatrixXd> lower = base::try_cholesky(products);
+  if (!lower || lower->diagonal().minCoeff() < kIndependent) return std::nullopt;
+  const Eigen::MatrixXd present = (1.0 - empty.array()).matrix().asDiagonal();
+  const Eigen::MatrixXd factor = base::solve_lower(*lower, present).transpose();
+  const auto solved = [&](const Eigen::VectorXd& left) -> Eigen::VectorXd {
+    return factor * (factor.transpose() * (unit.transpose() * left));
+  };
+  Eigen::VectorXd x = solved(b);
+  x += solved(b - unit * x);
+  anfis::LeastSquaresFit fit;
+  fit.rank = a.cols() - static_cast<Eigen::Index>(empty.sum());
+  fit.residual_sum_of_squares = (b - unit * x).squaredNorm();
+  fit.coefficients = scale.asDiagonal() * x;
+  fit.covariance_factor = scale.asDiagonal() * factor;
+  return fit;
+}
+
+anfis::LeastSquaresFit solve_base(const Eigen::MatrixXd& a, const Eigen::VectorXd& b) {
+  if (auto fit = solve_independent(a, b)) return *std::move(fit);
+  return anfis::solve_least_squares(a, b, kRankTolerance);
+}
 
 /// Whether a sensor has any noise: one that is stuck at a number says nothing.
 bool scatters(const NoiseComponents& noise) {
@@ -38,6 +86,22 @@ NoiseComponents without_slow_processes(NoiseComponents noise) {
   return noise;
 }
 
+/// Whitened columns and readings; below them a prior about 0: one more reading of 0 for each column.
+struct WhitenedBase {
+  Eigen::MatrixXd columns;
+  Eigen::VectorXd readings;
+};
+
+WhitenedBase whitened(const Whitening& whitening, const Eigen::MatrixXd& base, const Eigen::VectorXd& y,
+                      const Eigen::VectorXd& prior) {
+  const auto rows = static_cast<Eigen::Index>(whitening.rows().size());
+  WhitenedBase white{Eigen::MatrixXd::Zero(rows + base.cols(), base.cols()), Eigen::VectorXd::Zero(rows + base.cols())};
+  white.columns.topRows(rows) = whitening.apply(base);
+  white.columns.bottomRows(base.cols()) = prior.asDiagonal();
+  white.readings.head(rows) = whitening.apply(y);
+  return white;
+}
+
 }  // namespace
 
 SensorResidual::SensorResidual(const Observations& observations, Sensor sensor, const Eigen::MatrixXd& base,
@@ -49,18 +113,13 @@ SensorResidual::SensorResidual(const Observations& observations, Sensor sensor, 
   const NoiseComponents quick = without_slow_processes(noise);
   if (quick.wander.size() < noise.wander.size()) without_slow_.emplace(observations, sensor, quick, keep);
   for (const Observation& row : observations.rows) run_.push_back(row.run);
-  // A prior about 0 is one more reading of 0 for each column.
-  Eigen::MatrixXd white = Eigen::MatrixXd::Zero(rows + base.cols(), base.cols());
-  white.topRows(rows) = whitening_.apply(base);
-  white.bottomRows(base.cols()) = prior.asDiagonal();
-  Eigen::VectorXd y = Eigen::VectorXd::Zero(white.rows());
-  y.head(rows) = whitening_.apply(readings(observations, sensor));
-  const anfis::LeastSquaresFit fit = anfis::solve_least_squares(white, y, kRankTolerance);
+  const WhitenedBase white = whitened(whitening_, base, readings(observations, sensor), prior);
+  const anfis::LeastSquaresFit fit = solve_base(white.columns, white.readings);
   coefficients_ = fit.coefficients;
   coefficient_factor_ = fit.covariance_factor;
   // X F has orthonormal columns, as F Fᵀ is the pseudo-inverse of XᵀX. Nothing else has a part in the prior's rows.
-  basis_ = white.topRows(rows) * coefficient_factor_;
-  residual_ = y.head(rows) - basis_ * (basis_.transpose() * y.head(rows));
+  basis_ = white.columns.topRows(rows) * coefficient_factor_;
+  residual_ = white.readings.head(rows) - white.columns.topRows(rows) * coefficients_;
 }
 
 Eigen::MatrixXd SensorResidual::project(Eigen::MatrixXd white) const {
@@ -95,7 +154,10 @@ CampaignModel::CampaignModel(const Observations& observations, const Temperature
   }
   residuals_.runs = observations.run_count();
   residuals_.levels = observations.level_count();
-  fit();
+  for (const Sensor sensor : kSensors) {
+    columns_[index_of(sensor)] = base_design(observations_, sensor, temp_c_[index_of(sensor)]).columns;
+    fit(sensor);
+  }
 }
 
 RegressorInputs CampaignModel::regressor_inputs() const {
@@ -109,16 +171,19 @@ void CampaignModel::add_term(const Candidate& candidate, const std::vector<Senso
     const std::size_t s = index_of(sensor);
     const Eigen::MatrixXd joined =
         candidate.shared ? Eigen::MatrixXd(candidate.columns[s] * common) : candidate.columns[s];
-    Eigen::MatrixXd all(joined.rows(), terms_[s].cols() + joined.cols());
-    all << terms_[s], joined;
-    terms_[s] = std::move(all);
+    terms_[s] = beside(terms_[s], joined);
+    columns_[s] = beside(columns_[s], joined);
+    fit(sensor);
   }
-  fit();
 }
 
 Eigen::VectorXd CampaignModel::remainder(Sensor sensor) const {
+  return remainder(sensor, residuals_.sensor[index_of(sensor)]->coefficients());
+}
+
+Eigen::VectorXd CampaignModel::remainder(Sensor sensor, const Eigen::VectorXd& coefficients) const {
   const std::size_t s = index_of(sensor);
-  Eigen::VectorXd residual = -(columns_[s] * residuals_.sensor[s]->coefficients());
+  Eigen::VectorXd residual = -(columns_[s] * coefficients);
   for (Eigen::Index i = 0; i < residual.size(); ++i) {
     const SensorStatistics& statistics = observations_.rows[static_cast<std::size_t>(i)].sensor[s];
     residual(i) = statistics.count > 0 ? residual(i) + statistics.mean : std::numeric_limits<double>::quiet_NaN();
@@ -131,22 +196,19 @@ SensorResidual CampaignModel::residual_under(Sensor sensor, const NoiseComponent
   return {observations_, sensor, columns_[s], noise, keep_, prior_[s]};
 }
 
-Eigen::VectorXd CampaignModel::prediction_variance(Sensor sensor, int run) const {
+double CampaignModel::prediction_variance(Sensor sensor, int run) const {
   const std::size_t s = index_of(sensor);
-  Eigen::MatrixXd columns = columns_[s];
+  std::vector<Eigen::Index> rows;
+  for (std::size_t i = 0; i < observations_.rows.size(); ++i) {
+    if (observations_.rows[i].run == run) rows.push_back(static_cast<Eigen::Index>(i));
+  }
+  if (rows.empty()) return 0.0;
+  Eigen::MatrixXd columns = columns_[s](rows, Eigen::all);
   // Offsets are the runs' own: levels about their mean say what is predicted.
   columns.rightCols(terms_[s].cols() + observations_.run_count() - 1).leftCols(observations_.run_count() - 1).setZero();
-  const Eigen::MatrixXd factor = residuals_.sensor[s]->coefficient_factor();
-  Eigen::MatrixXd spread = columns * factor;
-  Eigen::RowVectorXd mean = Eigen::RowVectorXd::Zero(spread.cols());
-  double count = 0.0;
-  for (Eigen::Index i = 0; i < spread.rows(); ++i) {
-    if (observations_.rows[static_cast<std::size_t>(i)].run != run) continue;
-    mean += spread.row(i);
-    count += 1.0;
-  }
-  if (count > 0.0) spread.rowwise() -= mean / count;
-  return spread.rowwise().squaredNorm();
+  Eigen::MatrixXd spread = columns * residuals_.sensor[s]->coefficient_factor();
+  spread.rowwise() -= spread.colwise().mean().eval();
+  return spread.squaredNorm() / static_cast<double>(rows.size());
 }
 
 /// By normal equations with columns of unit length: many temperatures are tried. The slopes at the plateaus are the
@@ -155,22 +217,23 @@ Eigen::VectorXd CampaignModel::read_at(Sensor sensor, const std::vector<double>&
   constexpr double kRidge = 1e-12;
   const std::size_t s = index_of(sensor);
   const SensorResidual& present = *residuals_.sensor[s];
-  BaseDesign design = base_design(observations_, sensor, temp_c);
-  design.columns.middleCols(design.levels, design.levels).setZero();
-  const Eigen::MatrixXd& base = design.columns;
-  Eigen::MatrixXd columns(base.rows(), base.cols() + terms_[s].cols());
-  columns << base, terms_[s];
-  const Eigen::MatrixXd white = present.whiten(columns);
-  const Eigen::VectorXd readings = present.residual() + present.whiten(columns_[s]) * present.coefficients();
-  Eigen::MatrixXd normal = white.transpose() * white;
-  normal.diagonal() += prior_[s].cwiseAbs2();
+  const BaseDesign design = base_design(observations_, sensor, temp_c);
+  const Eigen::Index levels = design.levels;
+  const Eigen::Index after_slopes = design.columns.cols() - 2 * levels;
+  Eigen::MatrixXd base(design.columns.rows(), levels + after_slopes);
+  base << design.columns.leftCols(levels), design.columns.rightCols(after_slopes);
+  const Eigen::MatrixXd white = present.whiten(beside(base, terms_[s]));
+  const Eigen::VectorXd readings = present.residual() + present.whiten(columns_[s] * present.coefficients());
+  Eigen::MatrixXd normal = products_of(white);
   Eigen::VectorXd scale = normal.diagonal().cwiseSqrt();
   for (double& x : scale) x = x > 0.0 ? 1.0 / x : 0.0;
   normal = scale.asDiagonal() * normal * scale.asDiagonal();
   normal.diagonal().array() += kRidge;
   const Eigen::VectorXd wanted = scale.asDiagonal() * (white.transpose() * readings);
   const Eigen::VectorXd coefficients = scale.asDiagonal() * base::solve_ldlt(normal, wanted);
-  return (base - columns_[s].leftCols(base.cols())) * coefficients.head(base.cols());
+  return (base.leftCols(levels) - columns_[s].leftCols(levels)) * coefficients.head(levels) +
+         (base.rightCols(after_slopes) - columns_[s].middleCols(2 * levels, after_slopes)) *
+             coefficients.segment(levels, after_slopes);
 }
 
 std::vector<double> CampaignModel::run_offsets(Sensor sensor) const {
@@ -182,13 +245,9 @@ std::vector<double> CampaignModel::run_offsets(Sensor sensor) const {
   return values;
 }
 
-void CampaignModel::fit() {
-  for (const Sensor sensor : kSensors) fit(sensor);
-}
-
-NoiseComponents CampaignModel::noise_of(Sensor sensor) const {
+NoiseComponents CampaignModel::noise_of(Sensor sensor, const Eigen::VectorXd& coefficients) const {
   if (noise_) return (*noise_)[index_of(sensor)];
-  Eigen::VectorXd left = remainder(sensor);
+  Eigen::VectorXd left = remainder(sensor, coefficients);
   for (std::size_t i = 0; i < keep_.size(); ++i) {
     if (!keep_[i]) left(static_cast<Eigen::Index>(i)) = std::numeric_limits<double>::quiet_NaN();
   }
@@ -196,26 +255,26 @@ NoiseComponents CampaignModel::noise_of(Sensor sensor) const {
 }
 
 /// Noise is estimated first as if all rows were alike, then from what the fit under that noise leaves; so is how far
-/// the curve's slope may be off.
+/// the curve's slope may be off. The passes before the last need no more than coefficients.
 void CampaignModel::fit(Sensor sensor) {
   const std::size_t s = index_of(sensor);
-  const BaseDesign design = base_design(observations_, sensor, temp_c_[s]);
-  columns_[s].resize(design.columns.rows(), design.columns.cols() + terms_[s].cols());
-  columns_[s] << design.columns, terms_[s];
+  const Eigen::Index levels = observations_.level_count();
   NoiseComponents noise;
   noise.block = 1.0;
   Eigen::VectorXd prior = Eigen::VectorXd::Zero(columns_[s].cols());
-  prior.segment(design.levels, design.levels).setConstant(kNoSlope);
-  for (int pass = 0; pass < kPasses; ++pass) {
-    residuals_.sensor[s].emplace(observations_, sensor, columns_[s], noise, keep_, prior);
-    if (residuals_.sensor[s]->rows().empty()) return residuals_.sensor[s].reset();
-    if (pass + 1 == kPasses) break;
-    const Eigen::VectorXd sigmas =
-        slope_sigmas(observations_.level_c, residuals_.sensor[s]->coefficients().head(design.levels));
-    prior.segment(design.levels, design.levels) = sigmas.cwiseMax(1.0 / kNoSlope).cwiseInverse();
-    noise = noise_of(sensor);
+  prior.segment(levels, levels).setConstant(kNoSlope);
+  const Eigen::VectorXd y = readings(observations_, sensor);
+  for (int pass = 1; pass < kPasses; ++pass) {
+    const Whitening whitening(observations_, sensor, noise, keep_);
+    if (whitening.rows().empty()) return residuals_.sensor[s].reset();
+    const WhitenedBase white = whitened(whitening, columns_[s], y, prior);
+    const Eigen::VectorXd coefficients = solve_base(white.columns, white.readings).coefficients;
+    const Eigen::VectorXd sigmas = slope_sigmas(observations_.level_c, coefficients.head(levels));
+    prior.segment(levels, levels) = sigmas.cwiseMax(1.0 / kNoSlope).cwiseInverse();
+    noise = noise_of(sensor, coefficients);
     if (!scatters(noise)) return residuals_.sensor[s].reset();
   }
+  residuals_.sensor[s].emplace(observations_, sensor, columns_[s], noise, keep_, prior);
   residuals_.noise[s] = noise;
   prior_[s] = prior;
   slope_[s] = base_slope(observations_, sensor, temp_c_[s], residuals_.sensor[s]->coefficients());

@@ -23,6 +23,8 @@ class SensorResidual {
   [[nodiscard]] Eigen::MatrixXd whiten(const Eigen::MatrixXd& columns) const { return whitening_.apply(columns); }
   /// Whitened columns freed of what the base takes up.
   [[nodiscard]] Eigen::MatrixXd project(Eigen::MatrixXd white) const;
+  /// B with project(w) = w - B Bᵀw: orthonormal but for what the prior holds of it.
+  [[nodiscard]] const Eigen::MatrixXd& basis() const { return basis_; }
   /// Share of the variance of a term's parameters that comes from the slow part of a wander, processes of two hours and
   /// more: 0 where the noise has none. About the means of runs.
   [[nodiscard]] double slow_share(const Eigen::MatrixXd& columns) const;
@@ -72,14 +74,14 @@ class CampaignModel {
   [[nodiscard]] const std::optional<KnownNoise>& known_noise() const { return noise_; }
   /// Must not outlive the model.
   [[nodiscard]] RegressorInputs regressor_inputs() const;
-  /// Adds a term to the base of the given sensors and fits anew. Sensors with parameters of their own get the term's
-  /// columns; of a shared term they get one column that carries `common`.
+  /// Adds a term to the base of the given sensors and fits them anew. Sensors with parameters of their own get the
+  /// term's columns; of a shared term they get one column that carries `common`.
   void add_term(const Candidate& candidate, const std::vector<Sensor>& sensors, const Eigen::VectorXd& common);
   /// Readings less base and terms in SI, one per observation, those of the run left out too; NaN where the sensor has
   /// no reading.
   [[nodiscard]] Eigen::VectorXd remainder(Sensor sensor) const;
-  /// Variance of what base and terms predict at each observation, less their mean over `run`, SI squared.
-  [[nodiscard]] Eigen::VectorXd prediction_variance(Sensor sensor, int run) const;
+  /// Variance of what base and terms predict of `run`, less their mean over it: mean over its observations, SI squared.
+  [[nodiscard]] double prediction_variance(Sensor sensor, int run) const;
   /// The sensor's residual as it would be under another noise, base and terms fitted anew with it. Only of a sensor
   /// that has one.
   [[nodiscard]] SensorResidual residual_under(Sensor sensor, const NoiseComponents& noise) const;
@@ -87,9 +89,9 @@ class CampaignModel {
   [[nodiscard]] std::vector<double> run_offsets(Sensor sensor) const;
 
  private:
-  void fit();
   void fit(Sensor sensor);
-  [[nodiscard]] NoiseComponents noise_of(Sensor sensor) const;
+  [[nodiscard]] Eigen::VectorXd remainder(Sensor sensor, const Eigen::VectorXd& coefficients) const;
+  [[nodiscard]] NoiseComponents noise_of(Sensor sensor, const Eigen::VectorXd& coefficients) const;
   [[nodiscard]] Eigen::VectorXd read_at(Sensor sensor, const std::vector<double>& temp_c) const;
 
   const Observations& observations_;

@@ -180,12 +180,11 @@ NextExperiment simulated(const LoggedCampaign& campaign, const CampaignModel& mo
 
 }  // namespace
 
-NextExperiment next_experiment(const LoggedCampaign& campaign, const Observations& observations,
-                               const TemperatureHistory& history, const std::vector<NamedEffect>& effects,
-                               std::size_t which, const std::optional<KnownNoise>& noise) {
+NextExperiment next_experiment(const LoggedCampaign& campaign, const CampaignModel& plain,
+                               const std::vector<NamedEffect>& effects, std::size_t which) {
   Question question{effects.at(which), {}, {}, {}};
   if (question.winner.rivals.empty()) return {};
-  CampaignModel model(observations, history, std::nullopt, noise);
+  CampaignModel model = plain;
   for (std::size_t other = 0; other < effects.size(); ++other) {
     const NamedEffect& effect = effects[other];
     if (other == which || !predicts(effect)) continue;

@@ -27,12 +27,11 @@ struct NextExperiment {
 
 /// Simulates each feasible action (experiment_actions.h) as one more run of the campaign, with the temperatures of its
 /// own logs, and ranks them by the squared distance that they add (discrimination.h) per hour. Rivals that no action
-/// tells are named in the text with the library's sentence. `effects`: all that were named; `observations` as the
-/// search saw them. Nothing is computed where effects[which] has no rivals. An effect that every mounting draws anew
-/// predicts nothing for the next run: there the library's sentence stands alone. `noise`: of the campaign, where it is
-/// known.
-[[nodiscard]] NextExperiment next_experiment(const LoggedCampaign& campaign, const Observations& observations,
-                                             const TemperatureHistory& history, const std::vector<NamedEffect>& effects,
-                                             std::size_t which, const std::optional<KnownNoise>& noise = {});
+/// tells are named in the text with the library's sentence. `plain`: the base without terms, fitted to all runs, and
+/// the observations as the search saw them; `effects`: all that were named. Nothing is computed where effects[which]
+/// has no rivals. An effect that every mounting draws anew predicts nothing for the next run: there the library's
+/// sentence stands alone.
+[[nodiscard]] NextExperiment next_experiment(const LoggedCampaign& campaign, const CampaignModel& plain,
+                                             const std::vector<NamedEffect>& effects, std::size_t which);
 
 }  // namespace soak::calib::gap

@@ -4,12 +4,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
+#include <cstdint>
 #include <tuple>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
-#include "base/linear/dense_solve.h"
+#include "base/instruction_set.h"
 
 namespace soak::calib::gap {
 namespace {
@@ -33,11 +34,12 @@ struct Deviation {
 /// `freedom`: share of the deviations within one whole that are free, as they sum to zero there. Without replicates the
 /// deviations count as they are.
 Pool pool(const std::vector<Deviation>& deviations, double freedom, bool replicated) {
-  std::map<std::pair<int, int>, Mean> means;
-  for (const Deviation& d : deviations) means[d.replicate].add(d.value);
+  std::unordered_map<std::int64_t, Mean> means;
+  const auto key = [](const Deviation& d) { return (std::int64_t{d.replicate.first} << 32) + d.replicate.second; };
+  for (const Deviation& d : deviations) means[key(d)].add(d.value);
   Pool result;
   for (const Deviation& d : deviations) {
-    const Mean about = replicated ? means.at(d.replicate) : Mean{};
+    const Mean about = replicated ? means.at(key(d)) : Mean{};
     if (replicated && about.count < 2.0) continue;
     result.squares += (d.value - about.value) * (d.value - about.value);
     result.dof += replicated ? (about.count - 1.0) / about.count * freedom : freedom;
@@ -51,23 +53,27 @@ double mean_count(const std::vector<Stay>& stays) {
   return stays.empty() ? 1.0 : std::max(1.0, sum / static_cast<double>(stays.size()));
 }
 
-/// Lower triangular factor of the covariance of rows [first, last) of `rows`, which belong to one visit.
-Eigen::MatrixXd visit_covariance_factor(const Observations& observations, const std::vector<Eigen::Index>& rows,
-                                        std::size_t first, std::size_t last, const NoiseComponents& noise) {
-  const auto m = static_cast<Eigen::Index>(last - first);
-  // A noise-free simulation still has to have a factor.
-  const double total = noise.block * noise.block + noise.placement * noise.placement + noise.visit * noise.visit;
-  const double own = std::max(noise.block * noise.block, 1e-12 * total + 1e-300);
-  Eigen::MatrixXd covariance = Eigen::MatrixXd::Constant(m, m, noise.visit * noise.visit);
-  for (Eigen::Index a = 0; a < m; ++a) {
-    for (Eigen::Index b = 0; b < m; ++b) {
-      const auto& row = observations.rows[static_cast<std::size_t>(rows[first + static_cast<std::size_t>(a)])];
-      const auto& other = observations.rows[static_cast<std::size_t>(rows[first + static_cast<std::size_t>(b)])];
-      if (row.placement == other.placement) covariance(a, b) += noise.placement * noise.placement;
+constexpr Eigen::Index kTogether = 8;  ///< columns that are filtered at a time, several in one register
+
+/// The filter's states, `kTogether` columns of each.
+using StatesOfColumns = std::array<std::array<double, kTogether>, kMostStates>;
+
+/// One row of `kTogether` columns: their states fade, each reading is less what they say, and corrects them.
+SOAK_INLINE void filter_row(Eigen::Index states, const double* fade, const double* gain, double scale,
+                            StatesOfColumns& state, std::array<double, kTogether>& row) {
+  const auto n = static_cast<std::size_t>(states);
+  std::array<double, kTogether> said{};
+  for (std::size_t k = 0; k < n; ++k) {
+    for (std::size_t c = 0; c < kTogether; ++c) {
+      state[k][c] *= fade[k];
+      said[c] += state[k][c];
     }
-    covariance(a, a) += own;
   }
-  return base::cholesky(covariance);
+  for (std::size_t c = 0; c < kTogether; ++c) row[c] -= said[c];
+  for (std::size_t k = 0; k < n; ++k) {
+    for (std::size_t c = 0; c < kTogether; ++c) state[k][c] += gain[k] * row[c];
+  }
+  for (std::size_t c = 0; c < kTogether; ++c) row[c] *= scale;
 }
 
 }  // namespace
@@ -188,32 +194,20 @@ Whitening::Whitening(const Observations& observations, Sensor sensor, const Nois
     if (keep[i] && statistics.count > 0 && std::isfinite(statistics.mean))
       rows_.push_back(static_cast<Eigen::Index>(i));
   }
-  if (!noise.wander.empty()) {
-    filter_runs(observations, noise);
-    return;
-  }
-  const auto visit_at = [&](std::size_t k) {
-    const auto& row = observations.rows[static_cast<std::size_t>(rows_[k])];
-    return std::pair{row.run, row.visit};
-  };
-  for (std::size_t first = 0; first < rows_.size();) {
-    std::size_t last = first + 1;
-    while (last < rows_.size() && visit_at(last) == visit_at(first)) ++last;
-    visits_.push_back(
-        {static_cast<Eigen::Index>(first), visit_covariance_factor(observations, rows_, first, last, noise)});
-    first = last;
-  }
+  filter_runs(observations, noise);
 }
 
 /// States: the placement's, the visit's, and one for each Gauss-Markov process; their covariance goes from row to row.
 void Whitening::filter_runs(const Observations& observations, const NoiseComponents& noise) {
   const auto n = static_cast<Eigen::Index>(noise.wander.size()) + 2;
-  Eigen::VectorXd variance(n);
+  States variance(n);
   variance(0) = noise.placement * noise.placement;
   variance(1) = noise.visit * noise.visit;
   for (Eigen::Index k = 2; k < n; ++k) variance(k) = std::pow(noise.wander[static_cast<std::size_t>(k) - 2].sigma, 2);
+  // A noise-free simulation still has to have a factor.
   const double own = std::max(noise.block * noise.block, 1e-12 * variance.sum() + 1e-300);
-  Eigen::MatrixXd covariance;
+  Covariance covariance = Covariance::Zero(n, n);
+  steps_.reserve(rows_.size());
   for (std::size_t i = 0; i < rows_.size(); ++i) {
     const Observation& row = observations.rows[static_cast<std::size_t>(rows_[i])];
     const Observation* before = i > 0 ? &observations.rows[static_cast<std::size_t>(rows_[i - 1])] : nullptr;
@@ -227,10 +221,9 @@ void Whitening::filter_runs(const Observations& observations, const NoiseCompone
             std::exp(-std::max(0.0, row.t_s - before->t_s) / noise.wander[static_cast<std::size_t>(k) - 2].tau_s);
       }
     }
-    covariance = i == 0 ? Eigen::MatrixXd::Zero(n, n)
-                        : Eigen::MatrixXd(step.fade.asDiagonal() * covariance * step.fade.asDiagonal());
+    covariance = step.fade.asDiagonal() * covariance * step.fade.asDiagonal();
     covariance.diagonal().array() += variance.array() * (1.0 - step.fade.array().square());
-    const Eigen::VectorXd with_row = covariance.rowwise().sum();  // the row reads the sum of all states
+    const States with_row = covariance.rowwise().sum();  // the row reads the sum of all states
     const double beyond = with_row.sum() + own;
     step.gain = with_row / beyond;
     covariance -= step.gain * with_row.transpose();
@@ -239,34 +232,32 @@ void Whitening::filter_runs(const Observations& observations, const NoiseCompone
   }
 }
 
-void Whitening::filter(Eigen::Ref<Eigen::VectorXd> column) const {
-  States states = States::Zero(steps_.front().fade.size());
+SOAK_CLONES void Whitening::filter(const Eigen::Ref<const Eigen::MatrixXd>& columns, Eigen::Index first,
+                                   Eigen::MatrixXd& result) const {
+  const auto count = static_cast<std::size_t>(std::min(kTogether, columns.cols() - first));
+  StatesOfColumns state{};
+  std::array<double, kTogether> row{};
+  const double* from = columns.data() + first * columns.outerStride();
+  double* to = result.data() + first * result.rows();
   for (std::size_t i = 0; i < steps_.size(); ++i) {
     const Step& step = steps_[i];
-    double& row = column(static_cast<Eigen::Index>(i));
-    states.array() *= step.fade.array();
-    row -= states.sum();
-    states += step.gain * row;
-    row *= step.scale;
+    for (std::size_t c = 0; c < count; ++c) {
+      row[c] = from[static_cast<Eigen::Index>(c) * columns.outerStride() + rows_[i]];
+    }
+    filter_row(step.fade.size(), step.fade.data(), step.gain.data(), step.scale, state, row);
+    for (std::size_t c = 0; c < count; ++c) to[c * steps_.size() + i] = row[c];
   }
 }
 
 double Whitening::log_determinant() const {
   double sum = 0.0;
   for (const Step& step : steps_) sum -= 2.0 * std::log(step.scale);
-  for (const Visit& visit : visits_) sum += 2.0 * visit.factor.diagonal().array().log().sum();
   return sum;
 }
 
 Eigen::MatrixXd Whitening::apply(const Eigen::Ref<const Eigen::MatrixXd>& columns) const {
   Eigen::MatrixXd result(static_cast<Eigen::Index>(rows_.size()), columns.cols());
-  for (std::size_t k = 0; k < rows_.size(); ++k) result.row(static_cast<Eigen::Index>(k)) = columns.row(rows_[k]);
-  if (!steps_.empty()) {
-    for (auto column : result.colwise()) filter(column);
-  }
-  for (const Visit& visit : visits_) {
-    base::solve_lower_in_place(visit.factor, result.middleRows(visit.first, visit.factor.rows()));
-  }
+  for (Eigen::Index first = 0; first < columns.cols(); first += kTogether) filter(columns, first, result);
   return result;
 }
 

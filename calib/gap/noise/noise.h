@@ -70,9 +70,9 @@ struct NoiseComponents {
 [[nodiscard]] double variance_about_mean(const Observations& observations, const std::vector<GaussMarkov>& wander,
                                          int run);
 
-/// Turns the rows of one sensor into rows of unit variance that do not correlate, under nested noise: one Cholesky
-/// factor per visit. Where the bias wanders, by a Kalman filter over each run: what a row says beyond those before it.
-/// Rows without a value, and those whose `keep` is false, are passed over.
+/// Turns the rows of one sensor into rows of unit variance that do not correlate, under nested noise and a bias that
+/// wanders, by a Kalman filter over each run: what a row says beyond those before it (the inverse of the Cholesky
+/// factor of their covariance). Rows without a value, and those whose `keep` is false, are passed over.
 class Whitening {
  public:
   Whitening(const Observations& observations, Sensor sensor, const NoiseComponents& noise,
@@ -86,11 +86,8 @@ class Whitening {
   [[nodiscard]] const std::vector<Eigen::Index>& rows() const { return rows_; }
 
  private:
-  struct Visit {
-    Eigen::Index first;  ///< index into rows_
-    Eigen::MatrixXd factor;
-  };
   using States = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostStates, 1>;
+  using Covariance = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostStates, kMostStates>;
   /// What the filter does at a row: the states fade, the row is less what they say, and corrects them.
   struct Step {
     States fade;
@@ -98,12 +95,11 @@ class Whitening {
     double scale = 1.0;  ///< reciprocal standard deviation of what the row says beyond
   };
   void filter_runs(const Observations& observations, const NoiseComponents& noise);
-  /// Whitens one column.
-  void filter(Eigen::Ref<Eigen::VectorXd> column) const;
+  /// Whitens some of the columns, from the `first` on.
+  void filter(const Eigen::Ref<const Eigen::MatrixXd>& columns, Eigen::Index first, Eigen::MatrixXd& result) const;
 
   std::vector<Eigen::Index> rows_;
-  std::vector<Visit> visits_;  ///< empty where the bias wanders
-  std::vector<Step> steps_;    ///< else of each row
+  std::vector<Step> steps_;  ///< of each row
 };
 
 }  // namespace soak::calib::gap

@@ -31,17 +31,6 @@ double expected_noise(const Observations& observations, const NoiseComponents& n
          variance_about_mean(observations, noise.wander, run);
 }
 
-double mean_over_run(const Observations& observations, const Eigen::VectorXd& values, int run) {
-  double count = 0.0;
-  double sum = 0.0;
-  for (std::size_t i = 0; i < observations.rows.size(); ++i) {
-    if (observations.rows[i].run != run) continue;
-    count += 1.0;
-    sum += values(static_cast<Eigen::Index>(i));
-  }
-  return count > 0.0 ? sum / count : 0.0;
-}
-
 /// What the unseen runs say of one sensor.
 struct JudgedRuns {
   std::vector<double> before;
@@ -118,8 +107,7 @@ void judge_run(const Observations& observations, const CampaignModel& plain, con
     const NoiseComponents& noise = with.residuals().noise[s];
     judged[s].before.push_back(*before);
     judged[s].after.push_back(*after);
-    judged[s].floor.push_back(expected_noise(observations, noise, run) +
-                              mean_over_run(observations, with.prediction_variance(sensor, run), run));
+    judged[s].floor.push_back(expected_noise(observations, noise, run) + with.prediction_variance(sensor, run));
   }
 }
 

@@ -328,20 +328,22 @@ GapReport find_in(const LoggedCampaign& campaign, std::int32_t model_version) {
   if (auto same = same_readings(observations)) return cannot_judge(std::move(report), *std::move(same));
   drop_clipped_sensors(campaign, observations);
   const TemperatureHistory history(campaign, observations);
-  std::optional<CampaignModel> model(std::in_place, observations, history);
-  if (!replicated(*model)) {
+  std::optional<CampaignModel> plain(std::in_place, observations, history);
+  if (!replicated(*plain)) {
     return cannot_judge(std::move(report),
                         "the runs do not repeat each other's plateaus, so their scatter is not known; record two runs "
                         "of one procedure");
   }
-  if (auto differ = disagreement(*model)) return cannot_judge(std::move(report), *std::move(differ));
+  if (auto differ = disagreement(*plain)) return cannot_judge(std::move(report), *std::move(differ));
   const GapReport before = report;
+  std::optional<CampaignModel> model = plain;
   search_all(campaign, *model, report);
   // Where it is time that readings follow, and in each run otherwise, the noise may be of another kind than assumed.
   const std::vector<Sensor> wander =
       report.residual_structure ? report.residual_structure->may_wander : std::vector<Sensor>();
   if (auto noise = wandering_noise(*model, report.suspects, wander)) {
-    model.emplace(observations, history, std::nullopt, noise);
+    plain.emplace(observations, history, std::nullopt, noise);
+    model.emplace(*plain);
     report = before;
     search_all(campaign, *model, report);
     note_wander(observations, *noise, report);
@@ -351,10 +353,10 @@ GapReport find_in(const LoggedCampaign& campaign, std::int32_t model_version) {
   note_position_order(observations, report);
   note_thermometer(campaign, history, report);
   for (std::size_t e = 0; e < report.effects.size(); ++e) {
-    report.next.push_back(next_experiment(campaign, observations, history, report.effects, e, report.noise));
+    report.next.push_back(next_experiment(campaign, *plain, report.effects, e));
   }
   report.gap = cross_validated_gap(observations, history, report.effects, report.noise);
-  report.map = remainder_map(observations, history, report.effects, report.noise);
+  report.map = remainder_map(*plain, report.effects);
   return report;
 }
 

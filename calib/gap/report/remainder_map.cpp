@@ -110,9 +110,8 @@ nlohmann::json cells_json(const MapCells& cells, double factor) {
 
 }  // namespace
 
-RemainderMap remainder_map(const Observations& observations, const TemperatureHistory& history,
-                           const std::vector<NamedEffect>& effects, const std::optional<KnownNoise>& noise) {
-  const CampaignModel plain(observations, history, std::nullopt, noise);
+RemainderMap remainder_map(const CampaignModel& plain, const std::vector<NamedEffect>& effects) {
+  const Observations& observations = plain.regressor_inputs().observations;
   CampaignModel with = plain;
   bool has_effects = false;
   for (const NamedEffect& named : effects) {

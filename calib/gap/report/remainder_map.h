@@ -38,11 +38,9 @@ struct RemainderMap {
 
 /// Readings less the saturated base of all runs, and less base and effects fitted together: first the mean of each run
 /// at a plateau (reached from one side) in a position, then that of the runs. So an effect that a run shows both ways
-/// does not cancel where heating and cooling share a temperature. Sensors that cannot be judged have no part. `noise`:
-/// as in cross_validated_gap(). Cost: two fits of the campaign.
-[[nodiscard]] RemainderMap remainder_map(const Observations& observations, const TemperatureHistory& history,
-                                         const std::vector<NamedEffect>& effects,
-                                         const std::optional<KnownNoise>& noise);
+/// does not cancel where heating and cooling share a temperature. Sensors that cannot be judged have no part. `plain`:
+/// the base without terms, fitted to all runs.
+[[nodiscard]] RemainderMap remainder_map(const CampaignModel& plain, const std::vector<NamedEffect>& effects);
 
 /// The key `map` of `soak gap find --json` (docs/schema/gap-find.schema.json): deg/s and m/s².
 [[nodiscard]] nlohmann::json map_json(const RemainderMap& map);

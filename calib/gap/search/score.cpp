@@ -77,11 +77,16 @@ TermScore score_term(const SensorResidual& sensor, const Eigen::MatrixXd& column
   const double before = white.squaredNorm();
   white = sensor.project(std::move(white));
   const auto& rows = sensor.rows();
-  for (std::size_t k = 0; k < rows.size(); ++k) {
-    const auto f = static_cast<std::size_t>(folds[static_cast<std::size_t>(rows[k])]);
-    const auto row = white.row(static_cast<Eigen::Index>(k));
-    result.score[f] += row.transpose() * sensor.residual()(static_cast<Eigen::Index>(k));
-    result.information[f] += row.transpose() * row;
+  const auto fold_of = [&](std::size_t k) {
+    return static_cast<std::size_t>(folds[static_cast<std::size_t>(rows[k])]);
+  };
+  for (std::size_t first = 0, last = 0; first < rows.size(); first = last) {
+    while (last < rows.size() && fold_of(last) == fold_of(first)) ++last;
+    const auto begin = static_cast<Eigen::Index>(first);
+    const auto count = static_cast<Eigen::Index>(last - first);
+    const auto part = white.middleRows(begin, count);
+    result.score[fold_of(first)].noalias() += part.transpose() * sensor.residual().segment(begin, count);
+    result.information[fold_of(first)].noalias() += part.transpose() * part;
   }
   result.total_score = Eigen::VectorXd::Zero(p);
   result.total_information = Eigen::MatrixXd::Zero(p, p);

@@ -75,29 +75,54 @@ struct Step {
   Eigen::VectorXd course = {};  ///< 0 before it, 1 after it until the run's end; empty where there is none
 };
 
+/// Whitened steps in one run, of which base and effects leave so much, and what that part says of the residual.
+struct StepScores {
+  Eigen::VectorXd before;       ///< squares, with nothing taken off
+  Eigen::VectorXd information;  ///< squares of what is left
+  Eigen::VectorXd score;
+};
+
+/// `effects`: columns whose strength in that run is free. Steps are zero in all other runs, so that products with them
+/// need the rows of this one only.
+StepScores score_steps(const Observations& observations, const SensorResidual& residual, const Eigen::MatrixXd& effects,
+                       const Eigen::MatrixXd& steps, int run) {
+  const std::vector<Eigen::Index>& rows = residual.rows();
+  const auto run_of = [&](Eigen::Index row) { return observations.rows[static_cast<std::size_t>(row)].run; };
+  const auto [begin, end] = std::ranges::equal_range(rows, run, {}, run_of);
+  const Eigen::Index first = begin - rows.begin();
+  const Eigen::MatrixXd white = residual.whiten(steps).middleRows(first, end - begin);
+  const auto of_run = [&](const auto& all) { return all.middleRows(first, end - begin); };
+  const Eigen::MatrixXd taken = of_run(residual.basis()).transpose() * white;
+  const Eigen::MatrixXd basis_squares = residual.basis().transpose() * residual.basis();
+  StepScores scores;
+  scores.before = white.colwise().squaredNorm().transpose();
+  // |w - B Bᵀw|²: B is orthonormal but for what the base's prior holds of it.
+  scores.information = scores.before - 2.0 * taken.colwise().squaredNorm().transpose() +
+                       taken.cwiseProduct(basis_squares * taken).colwise().sum().transpose();
+  Eigen::VectorXd left = residual.residual();
+  if (effects.cols() > 0) {
+    const Eigen::MatrixXd strength = residual.project(residual.whiten(in_run(observations, effects, run)));
+    left -= strength * base::solve_pivoted_qr(strength, left);
+    const Eigen::MatrixXd along = of_run(residual.project(strength)).transpose() * white;
+    const Eigen::MatrixXd squares = strength.transpose() * strength;
+    scores.information -= along.cwiseProduct(base::solve_orthogonal(squares, along)).colwise().sum().transpose();
+  }
+  scores.score = white.transpose() * of_run(residual.project(left));
+  return scores;
+}
+
 Step strongest_step(const Observations& observations, const SensorResidual& residual, const Eigen::MatrixXd& effects,
                     double noise_dof, int run) {
   const std::vector<Eigen::Index> places = places_in(observations, run);
   if (places.empty()) return {};
-  Eigen::MatrixXd white = residual.whiten(steps_at(observations, places, run));
-  const Eigen::RowVectorXd before = white.colwise().squaredNorm();
-  white = residual.project(std::move(white));
-  Eigen::VectorXd left = residual.residual();
-  if (effects.cols() > 0) {
-    const Eigen::MatrixXd strength = residual.project(residual.whiten(in_run(observations, effects, run)));
-    for (Eigen::Index k = 0; k < white.cols(); ++k) {
-      white.col(k) -= strength * base::solve_pivoted_qr(strength, Eigen::VectorXd(white.col(k)));
-    }
-    left -= strength * base::solve_pivoted_qr(strength, left);
-  }
+  const StepScores steps = score_steps(observations, residual, effects, steps_at(observations, places, run), run);
   double gain = 0.0;
   Eigen::Index strongest = 0;
-  for (Eigen::Index k = 0; k < white.cols(); ++k) {
-    const double information = white.col(k).squaredNorm();
-    if (information <= kInvisible * before(k)) continue;
-    const double score = white.col(k).dot(left);
-    if (score * score <= gain * information) continue;
-    gain = score * score / information;
+  for (Eigen::Index k = 0; k < steps.score.size(); ++k) {
+    if (steps.information(k) <= kInvisible * steps.before(k)) continue;
+    const double own = steps.score(k) * steps.score(k) / steps.information(k);
+    if (own <= gain) continue;
+    gain = own;
     strongest = k;
   }
   const auto count = static_cast<double>(places.size());

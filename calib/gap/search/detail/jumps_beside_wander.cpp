@@ -16,7 +16,7 @@
 namespace soak::calib::gap {
 namespace {
 
-constexpr std::size_t kMostPaths = 48;
+constexpr Eigen::Index kMostPaths = 48;
 /// Where the search for two levels begins: mean times between jumps, and shares of the wander's variance.
 constexpr std::array<double, 3> kFirstStays_s = {2000.0, 8000.0, 32000.0};
 constexpr std::array<double, 2> kFirstShares = {0.4, 0.7};
@@ -59,65 +59,64 @@ std::vector<GaussMarkov> beside(std::vector<GaussMarkov> wander, const LevelPair
 /// each process. Their covariance is the same for all paths.
 class Paths {
  public:
-  explicit Paths(Eigen::Index states) : means_(states, 2 * kMostPaths) { begin(); }
+  explicit Paths(Eigen::Index states)
+      : means_(2 * kMostPaths, states), log_weight_(2 * kMostPaths), high_(2 * kMostPaths) {
+    begin();
+  }
 
   /// A new run, at either level.
   void begin() {
-    means_.leftCols(2).setZero();
-    log_weight_.assign(2, std::log(0.5));
-    high_ = {0, 1};
+    count_ = 2;
+    means_.topRows(2).setZero();
+    log_weight_.head(2) = std::log(0.5);
+    high_.head(2) << 0.0, 1.0;
   }
 
   /// Each path goes on at its level and, with the chance `other`, at the other one.
   void fade_and_branch(const Eigen::VectorXd& fade, double other) {
-    const std::size_t count = log_weight_.size();
-    for (std::size_t k = 0; k < count; ++k) {
-      means_.col(static_cast<Eigen::Index>(k)).array() *= fade.array();
-      if (other <= 0.0) continue;
-      means_.col(static_cast<Eigen::Index>(count + k)) = means_.col(static_cast<Eigen::Index>(k));
-      log_weight_.push_back(log_weight_[k] + std::log(other));
-      high_.push_back(static_cast<char>(1 - high_[k]));
-      log_weight_[k] += std::log(1.0 - other);
-    }
+    for (Eigen::Index state = 0; state < fade.size(); ++state) means_.col(state).head(count_) *= fade(state);
+    if (other <= 0.0) return;
+    means_.middleRows(count_, count_) = means_.topRows(count_);
+    log_weight_.segment(count_, count_) = log_weight_.head(count_) + std::log(other);
+    log_weight_.head(count_) += std::log(1.0 - other);
+    high_.segment(count_, count_) = 1.0 - high_.head(count_);
+    count_ *= 2;
   }
 
   /// Takes in a reading of that variance, with the filter's gain; returns ln of its density given those before.
   double take(double value, double step, const Eigen::VectorXd& gain, double variance) {
-    for (std::size_t k = 0; k < log_weight_.size(); ++k) {
-      auto mean = means_.col(static_cast<Eigen::Index>(k));
-      const double off = value - mean.sum() - (high_[k] != 0 ? step : 0.0);
-      log_weight_[k] -= 0.5 * (off * off / variance + std::log(variance));
-      mean += off * gain;
-    }
-    const double most = *std::ranges::max_element(log_weight_);
-    double sum = 0.0;
-    for (const double weight : log_weight_) sum += std::exp(weight - most);
-    const double log_density = most + std::log(sum);
-    for (double& weight : log_weight_) weight -= log_density;
-    if (log_weight_.size() > kMostPaths) keep_likeliest();
-    return log_density;
+    const Eigen::ArrayXd off = value - means_.topRows(count_).rowwise().sum() - step * high_.head(count_);
+    auto log_weight = log_weight_.head(count_);
+    log_weight -= 0.5 * off.square() / variance;
+    for (Eigen::Index state = 0; state < gain.size(); ++state) means_.col(state).head(count_) += gain(state) * off;
+    const double most = log_weight.maxCoeff();
+    const double log_density = most + std::log((log_weight - most).exp().sum());
+    log_weight -= log_density;
+    if (count_ > kMostPaths) keep_likeliest();
+    return log_density - 0.5 * std::log(variance);
   }
 
  private:
   void keep_likeliest() {
-    std::vector<std::size_t> order(log_weight_.size());
-    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::vector<Eigen::Index> order(static_cast<std::size_t>(count_));
+    std::iota(order.begin(), order.end(), Eigen::Index{0});
     std::ranges::nth_element(order, order.begin() + kMostPaths, std::greater<>(),
-                             [&](std::size_t k) { return log_weight_[k]; });
+                             [&](Eigen::Index k) { return log_weight_(k); });
     order.resize(kMostPaths);
-    std::ranges::sort(order);  // so that no column is overwritten before it is moved
-    for (std::size_t k = 0; k < kMostPaths; ++k) {
-      means_.col(static_cast<Eigen::Index>(k)) = means_.col(static_cast<Eigen::Index>(order[k]));
-      log_weight_[k] = log_weight_[order[k]];
-      high_[k] = high_[order[k]];
+    std::ranges::sort(order);  // so that no path is overwritten before it is moved
+    for (Eigen::Index k = 0; k < kMostPaths; ++k) {
+      const Eigen::Index from = order[static_cast<std::size_t>(k)];
+      means_.row(k) = means_.row(from);
+      log_weight_(k) = log_weight_(from);
+      high_(k) = high_(from);
     }
-    log_weight_.resize(kMostPaths);
-    high_.resize(kMostPaths);
+    count_ = kMostPaths;
   }
 
-  Eigen::MatrixXd means_;
-  std::vector<double> log_weight_;
-  std::vector<char> high_;
+  Eigen::Index count_ = 0;  ///< of paths: the first rows of what follows
+  Eigen::ArrayXXd means_;   ///< a column for each state, so that all paths are computed at once
+  Eigen::ArrayXd log_weight_;
+  Eigen::ArrayXd high_;  ///< 1 at the upper level, else 0
 };
 
 /// ln of the density of placements' means under that noise and two levels beside it (none: variance 0), but for
