@@ -78,6 +78,17 @@ GnssFix simulated_fix(const Alone& alone, const ExpectedError& expected, double 
           alone.velocity_mps() - expected.error.tail<3>(), expected.sigma.tail<3>()};
 }
 
+/// What the fixes changed, as far as the expected errors are believed: a fix of the height tilts the filter too, and
+/// what that does to east and north nobody has judged.
+Solution as_believed(const Alone& alone, const NavigationFilter& helped, const ExpectedError& expected) {
+  ErrorOutputs change;
+  change << offset_m(alone.antenna(), helped.antenna()), helped.antenna_velocity_mps() - alone.velocity_mps();
+  for (Eigen::Index k = 0; k < change.size(); ++k) {
+    if (expected.sigma(k) == kUnknownError) change(k) = 0.0;
+  }
+  return {moved(alone.antenna(), change.head<3>()), alone.velocity_mps() + change.tail<3>()};
+}
+
 std::vector<Solution> updated_solutions(const FilterSetup& setup, const Expectation& expected,
                                         std::span<const double> t_s) {
   Alone alone(setup, expected);
@@ -92,7 +103,8 @@ std::vector<Solution> updated_solutions(const FilterSetup& setup, const Expectat
       helped.filter().update_velocity(fix);
     }
     helped.advance_to(wanted_s);
-    solutions.push_back({helped.filter().antenna(), helped.filter().antenna_velocity_mps()});
+    const ExpectedError expected_now = alone.advance_to(wanted_s);
+    solutions.push_back(as_believed(alone, helped.filter(), expected_now));
   }
   return solutions;
 }

@@ -23,7 +23,7 @@ enum class Learning : std::uint8_t {
 /// Simulated updates [AH05 §7.2]: where the filter without fixes is, less its expected error, is given to the filter as
 /// a fix, position and velocity, each second. The fix is as good as what was foretold before the outage: ErrorGrowth.
 /// The thesis learns what the filter is wrong by from one fix to the next; here it is the error since the last fix, as
-/// for anfis_position(). Fails as that does.
+/// for anfis_position(). Axes that are not believed stay as the filter alone has them. Fails as anfis_position() does.
 [[nodiscard]] Pipeline anfis_updates(FilterPipeline filter, ErrorModel model, Learning learning = Learning::on_line);
 
 }  // namespace soak::nav

@@ -48,7 +48,7 @@ inline constexpr double kUnknownError = 1e6;
 
 /// How learn_errors() learns: by default as suits many outages of several drives.
 struct ErrorLearning {
-  std::vector<int> rules = {2, 4, 6};  ///< numbers of rules to try
+  std::vector<int> rules = {4};        ///< numbers of rules to try
   double consequent_threshold = 0.02;  ///< of anfis::FuzzyOlsOptions
   std::size_t every = 5;               ///< each so many-th row of an outage is learnt: neighbours say nearly the same
   std::optional<anfis::Learner> refinement = {};  ///< of premises and consequents afterwards

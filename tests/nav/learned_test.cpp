@@ -61,9 +61,7 @@ ErrorOutputs noise(const ErrorInputs& inputs, base::Random& random) {
 }
 
 ErrorModel learnt_from(const std::vector<ErrorWindow>& windows) {
-  ErrorLearning learning;
-  learning.rules = {4};
-  const auto model = learn_errors(windows, learning);
+  const auto model = learn_errors(windows);
   EXPECT_TRUE(model) << model.error().message;
   return *model;
 }
@@ -210,6 +208,26 @@ TEST(AnfisPipelines, CorrectAnErrorThatEveryOutageShows) {
     EXPECT_LT(std::abs(result->pipelines[p].position_final_m.z()), 0.25 * alone_m) << pipelines[p].name;
     EXPECT_LT(result->pipelines[p].horizontal_final_m, 1.5 * result->pipelines[0].horizontal_final_m + 0.5);
   }
+}
+
+TEST(AnfisPipelines, AFixOfTheHeightLeavesEastAndNorthWhereTheseAreNotBelieved) {
+  base::Random random(9);
+  std::vector<ErrorWindow> learnt;
+  for (const std::uint64_t seed : {2, 3, 4}) {
+    for (ErrorWindow& window : windows_of(lifted(seed))) {
+      for (ErrorRow& row : window.rows) {
+        for (const Eigen::Index k : {0, 1, 3, 4}) row.error(k) = 50.0 + 10.0 * random.gaussian();
+      }
+      learnt.push_back(std::move(window));
+    }
+  }
+  const std::vector<Pipeline> pipelines = {filter_pipeline(trusting()), anfis_updates(trusting(), learnt_from(learnt))};
+  const auto result = run_outage(lifted(5), {250.0, 280.0}, pipelines);
+  ASSERT_TRUE(result);
+  const Vector3d& alone_m = result->pipelines[0].position_final_m;
+  const Vector3d& helped_m = result->pipelines[1].position_final_m;
+  EXPECT_LT(std::abs(helped_m.z()), 0.25 * std::abs(alone_m.z()));
+  EXPECT_LT((helped_m - alone_m).head<2>().norm(), 1e-5);
 }
 
 TEST(AnfisPipelines, AreTheFilterAloneWhereTheirModelDoesNotCarry) {
