@@ -74,6 +74,9 @@ class ImuFeed {
  public:
   /// From `start_s`; must not lie before the first sample.
   ImuFeed(const std::vector<ImuSample>& samples, double start_s);
+  /// Goes on where the other one is, with other readings of the same times.
+  ImuFeed(const ImuFeed& so_far, const std::vector<ImuSample>& samples)
+      : samples_(samples), index_(so_far.index_), now_s_(so_far.now_s_) {}
 
   /// The readings from the present time to the next sample or `until_s`, whichever comes first, and their duration;
   /// nothing once the present time is `until_s` or the samples end.

@@ -42,6 +42,14 @@ FilterRun::FilterRun(const Drive& drive, const Start& start, const FilterOptions
   next_fix_ = static_cast<std::size_t>(next - drive.gnss.begin());
 }
 
+FilterRun::FilterRun(const FilterRun& so_far, const Drive& drive)
+    : drive_(drive),
+      options_(so_far.options_),
+      filter_(so_far.filter_),
+      feed_(so_far.feed_, drive.imu),
+      next_fix_(so_far.next_fix_),
+      next_constraint_s_(so_far.next_constraint_s_) {}
+
 void FilterRun::watch_standstill(const ImuSample& sample) {
   if (!window_.empty() && window_.back() == &sample) return;
   window_.push_back(&sample);

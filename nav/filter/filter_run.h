@@ -19,6 +19,12 @@ class FilterRun {
   /// The drive must outlive it. Fixes up to the start are passed over.
   FilterRun(const Drive& drive, const Start& start, const FilterOptions& options);
 
+  /// Goes on where the other one is, on a drive of the same times and fixes with other readings.
+  FilterRun(const FilterRun& so_far, const Drive& drive);
+
+  /// From now on there are no fixes: what the filter would do in an outage, on a copy of the run.
+  void lose_fixes() { next_fix_ = drive_.gnss.size(); }
+
   /// Carries the filter to `t_s`, or to the last sample.
   void advance_to(double t_s);
 

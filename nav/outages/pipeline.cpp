@@ -20,15 +20,9 @@ void correct(ImuSample& sample, const Correction& correction, const Eigen::Matri
 
 base::Result<std::vector<Solution>> solve_by_filter(const FilterPipeline& parts, const Drive& seen,
                                                     std::span<const double> t_s) {
-  Drive drive = seen;
-  if (parts.correction) {
-    for (ImuSample& sample : drive.imu) correct(sample, parts.correction, drive.unit_to_body);
-  }
-  const auto start = align(drive, parts.alignment);
-  if (!start) return base::forward_error(start);
-  FilterOptions options = parts.filter;
-  if (parts.tune_at_rest) options.sensors = tuned_at_rest(drive, options.sensors);
-  FilterRun run(drive, *start, options);
+  const auto setup = set_up(parts, seen);
+  if (!setup) return base::forward_error(setup);
+  FilterRun run(setup->drive, setup->start, setup->options);
   std::vector<Solution> solutions;
   for (const double wanted_s : t_s) {
     run.advance_to(wanted_s);
@@ -38,6 +32,18 @@ base::Result<std::vector<Solution>> solve_by_filter(const FilterPipeline& parts,
 }
 
 }  // namespace
+
+base::Result<FilterSetup> set_up(const FilterPipeline& parts, const Drive& seen) {
+  FilterSetup setup{seen, {}, parts.filter};
+  if (parts.correction) {
+    for (ImuSample& sample : setup.drive.imu) correct(sample, parts.correction, setup.drive.unit_to_body);
+  }
+  auto start = align(setup.drive, parts.alignment);
+  if (!start) return base::forward_error(start);
+  setup.start = *std::move(start);
+  if (parts.tune_at_rest) setup.options.sensors = tuned_at_rest(setup.drive, setup.options.sensors);
+  return setup;
+}
 
 Pipeline filter_pipeline(FilterPipeline parts) {
   std::string name = parts.name;

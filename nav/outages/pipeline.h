@@ -42,6 +42,15 @@ struct FilterPipeline {
   bool tune_at_rest = false;   ///< sensor models from the drive's first rest (tuning.h)
 };
 
+/// What a filter pipeline begins with: readings corrected, where it starts, what it takes for granted.
+struct FilterSetup {
+  Drive drive;
+  Start start;
+  FilterOptions options;
+};
+/// Fails as align() does.
+[[nodiscard]] base::Result<FilterSetup> set_up(const FilterPipeline& parts, const Drive& seen);
+
 /// Corrects the samples, aligns, runs the filter through the drive and on through the outage. Fails as align() does.
 [[nodiscard]] Pipeline filter_pipeline(FilterPipeline parts);
 

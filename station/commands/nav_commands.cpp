@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <iterator>
 #include <nlohmann/json.hpp>
 
 #include "calib/model/model_document.h"
@@ -20,6 +22,10 @@ namespace soak::station {
 namespace {
 
 using nlohmann::json;
+
+/// Simulated drives from which an ANFIS learns, with seeds that no compared drive has.
+constexpr std::size_t kDrivesToLearnFrom = 8;
+constexpr std::uint64_t kSeedsToLearnFrom = 1'000'000'000'000;
 
 /// What all comparisons ask for.
 struct OutageOptions {
@@ -55,9 +61,30 @@ struct OutageOptions {
   }
 };
 
+std::vector<std::string> further_names() { return {std::begin(kFurtherPipelines), std::end(kFurtherPipelines)}; }
+
+/// Adds the further pipelines that were asked for; `learn_from` makes the drives of which an ANFIS learns, where one
+/// is.
+base::Status add_further(const std::vector<std::string>& names,
+                         const std::function<base::Result<std::vector<nav::Drive>>()>& learn_from,
+                         std::vector<nav::Pipeline>& pipelines) {
+  std::optional<nav::ErrorModel> model;
+  if (needs_learning(names)) {
+    const auto drives = learn_from();
+    if (!drives) return base::forward_error(drives);
+    auto learnt = learnt_errors(*drives);
+    if (!learnt) return base::forward_error(learnt);
+    model = *std::move(learnt);
+  }
+  std::ranges::move(further_pipelines(names, model), std::back_inserter(pipelines));
+  return {};
+}
+
 /// soak nav outages FILE...
 struct NavOutages final : Command {
   std::vector<std::string> files;
+  std::vector<std::string> also;
+  std::vector<std::string> learn;
   std::string calibration;
   OutageOptions outages{12};
 
@@ -66,10 +93,28 @@ struct NavOutages final : Command {
         .required();
     options.add("--calibration FILE.blob", &calibration,
                 "Calibration file of the unit: adds the pipeline 'calibrated'; the recording needs temperatures");
+    options.add("--also NAME", &also, "A further pipeline, of the thesis; may be repeated").one_of(further_names());
+    options.add("--learn FILE.toml", &learn, "Other drives, from which the ANFIS pipelines learn; may be repeated");
     outages.declare(options);
   }
   base::Status run(Output& output) override;
+
+ private:
+  [[nodiscard]] base::Result<std::vector<nav::Drive>> drives_to_learn_from() const;
 };
+
+base::Result<std::vector<nav::Drive>> NavOutages::drives_to_learn_from() const {
+  if (learn.empty()) {
+    return base::bad_input("an ANFIS pipeline needs --learn FILE.toml: other drives, from which it learns", "--also");
+  }
+  std::vector<nav::Drive> drives;
+  for (const std::string& file : learn) {
+    auto drive = read_drive(file);
+    if (!drive) return base::forward_error(drive);
+    drives.push_back(*std::move(drive));
+  }
+  return drives;
+}
 
 base::Status NavOutages::run(Output& output) {
   std::vector<nav::Drive> drives;
@@ -93,7 +138,9 @@ base::Status NavOutages::run(Output& output) {
     uncorrected = json::array();
     for (const calib::Sensor sensor : made->raw) uncorrected.push_back(calib::name_of(sensor));
   }
-  auto document = outages.compare(drives, standard_pipelines(correction), output);
+  auto pipelines = standard_pipelines(correction);
+  if (auto status = add_further(also, [this] { return drives_to_learn_from(); }, pipelines); !status) return status;
+  auto document = outages.compare(drives, pipelines, output);
   if (!document) return base::forward_error(document);
   if (!uncorrected.is_null()) (*document)["uncorrected"] = std::move(uncorrected);
   if (output.json()) return output.print_json(*document);
@@ -108,6 +155,7 @@ struct NavCompare final : Command {
   double temp_start_c = -10.0;
   double temp_end_c = 50.0;
   double left_percent = 1.0;
+  std::vector<std::string> also;
   OutageOptions outages{6};
 
   void declare(OptionList& options) override {
@@ -120,6 +168,10 @@ struct NavCompare final : Command {
     options.add("--left-percent P", &left_percent, "What the calibration leaves of the simulated thermal bias")
         .range(0.0, 100.0)
         .with_default();
+    options
+        .add("--also NAME", &also,
+             "A further pipeline, of the thesis; may be repeated. An ANFIS learns from eight other simulated drives")
+        .one_of(further_names());
     outages.declare(options);
   }
   base::Status run(Output& output) override;
@@ -135,10 +187,20 @@ base::Status NavCompare::run(Output& output) {
     request.seed = outages.seed * 1000 + d;
     made.push_back(simulated_drive(request));
   }
+  const auto learn_from = [&]() -> base::Result<std::vector<nav::Drive>> {
+    std::vector<nav::Drive> others;
+    for (std::size_t d = 0; d < kDrivesToLearnFrom; ++d) {
+      request.seed = kSeedsToLearnFrom + outages.seed * 1000 + d;
+      others.push_back(simulated_drive(request));
+    }
+    return others;
+  };
   const double known = 1.0 - left_percent / 100.0;
   const auto correction =
       curve_correction([known](calib::Sensor sensor, double temp_c) { return known * example_curve(sensor, temp_c); });
-  auto document = outages.compare(made, standard_pipelines(correction), output);
+  auto pipelines = standard_pipelines(correction);
+  if (auto status = add_further(also, learn_from, pipelines); !status) return status;
+  auto document = outages.compare(made, pipelines, output);
   if (!document) return base::forward_error(document);
   (*document)["simulated"] = {{"errors", request.errors.name},
                               {"temp_start_c", temp_start_c},

@@ -1,15 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "station/nav/outage_batch.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cmath>
+#include <iterator>
 #include <memory>
+#include <string_view>
 #include <thread>
 
 #include "calib/runtime/soak_runtime.h"
 #include "calib/vocabulary/sensor.h"
+#include "nav/learned/anfis_pipeline.h"
+#include "nav/prefilter/wmra_pipeline.h"
 #include "station/io/output.h"
 
 namespace soak::station {
@@ -90,11 +96,51 @@ base::Result<std::vector<nav::OutageResult>> run_outages(std::span<const nav::Dr
   return all;
 }
 
-std::vector<nav::Pipeline> standard_pipelines(const std::optional<nav::Correction>& calibration) {
+nav::FilterPipeline raw_filter() {
   nav::FilterPipeline raw;
   raw.name = "raw";
   raw.description = "readings as they are; filter of 15 states with noise as is typical of MEMS units";
   raw.filter.sensors = nav::typical_mems();
+  return raw;
+}
+
+base::Result<nav::ErrorModel> learnt_errors(std::span<const nav::Drive> drives) {
+  constexpr double kLength_s = 30.0;
+  std::vector<nav::ErrorWindow> windows;
+  for (const nav::Drive& drive : drives) {
+    const auto setup = nav::set_up(raw_filter(), drive);
+    if (!setup) return base::forward_error(setup);
+    auto found = nav::error_windows(*setup, nav::successive_begins(*setup, kLength_s, kLength_s), kLength_s);
+    std::ranges::move(found, std::back_inserter(windows));
+  }
+  auto model = nav::learn_errors(windows);
+  if (model) return model;
+  return base::fail(model.error().kind,
+                    fmt::format("{} artificial outages of {} s are what the ANFIS learns from ({}): give it drives of "
+                                "ten minutes or more in all, with turns",
+                                windows.size(), kLength_s, model.error().message),
+                    drives.front().name);
+}
+
+bool needs_learning(std::span<const std::string> names) {
+  return std::ranges::any_of(names, [](const std::string& name) { return name.starts_with("anfis"); });
+}
+
+std::vector<nav::Pipeline> further_pipelines(std::span<const std::string> names,
+                                             const std::optional<nav::ErrorModel>& model) {
+  std::vector<nav::Pipeline> pipelines;
+  for (const std::string_view name : kFurtherPipelines) {
+    if (std::ranges::find(names, name) == names.end()) continue;
+    if (name == "wmra") pipelines.push_back(nav::wmra(raw_filter()));
+    if (name == "wmra_batch") pipelines.push_back(nav::wmra_batch(raw_filter()));
+    if (name == "anfis_position") pipelines.push_back(nav::anfis_position(raw_filter(), *model));
+    if (name == "anfis_updates") pipelines.push_back(nav::anfis_updates(raw_filter(), *model));
+  }
+  return pipelines;
+}
+
+std::vector<nav::Pipeline> standard_pipelines(const std::optional<nav::Correction>& calibration) {
+  const nav::FilterPipeline raw = raw_filter();
   nav::FilterPipeline physics = raw;
   physics.name = "physics";
   physics.description =

@@ -5,12 +5,14 @@
 #include <functional>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "base/bytes.h"
 #include "base/result.h"
 #include "calib/vocabulary/sensor.h"
 #include "nav/drive/drive.h"
+#include "nav/learned/error_model.h"
 #include "nav/outages/outage_runner.h"
 #include "nav/outages/pipeline.h"
 
@@ -33,6 +35,21 @@ struct OutageTask {
 
 /// The pipelines that every comparison has: `raw`; `calibrated` where there is a calibration; `physics`, with it too.
 [[nodiscard]] std::vector<nav::Pipeline> standard_pipelines(const std::optional<nav::Correction>& calibration);
+
+/// The filter of `raw`.
+[[nodiscard]] nav::FilterPipeline raw_filter();
+
+/// An ANFIS that expects the errors of raw_filter(), learnt from outages of 30 s that follow each other on all drives.
+/// At least one drive. Fails as nav::align() does, and (bad_input) where the drives hold too few outages.
+[[nodiscard]] base::Result<nav::ErrorModel> learnt_errors(std::span<const nav::Drive> drives);
+
+/// Further pipelines by name, all with raw_filter() and readings as they are: those of the thesis.
+inline constexpr const char* kFurtherPipelines[] = {"wmra", "wmra_batch", "anfis_position", "anfis_updates"};
+/// Whether one of the names needs learnt_errors().
+[[nodiscard]] bool needs_learning(std::span<const std::string> names);
+/// The pipelines of these names, in the order of kFurtherPipelines; `model` where needs_learning().
+[[nodiscard]] std::vector<nav::Pipeline> further_pipelines(std::span<const std::string> names,
+                                                           const std::optional<nav::ErrorModel>& model);
 
 /// What a calibration file does to samples.
 struct DeviceCorrection {

@@ -153,6 +153,19 @@ class Outages(SoakTest):
         text = self.soak("nav", "outages", drive, "--number", 1, "--calibration", calibration).stdout
         self.assertIn("does not correct accel_x, accel_y, accel_z", text)
 
+    def test_an_anfis_without_drives_to_learn_from_is_refused(self):
+        drive = write_drive(self.folder)
+        error = self.refusal("nav", "outages", drive, "--also", "anfis_updates")
+        self.assertEqual(error["where"], "--also")
+        self.assertIn("--learn FILE.toml", error["message"])
+
+    def test_drives_too_short_to_learn_from_are_refused_with_what_they_hold(self):
+        drive = write_drive(self.folder)
+        error = self.refusal("nav", "outages", drive, "--also", "anfis_position", "--learn", drive)
+        self.assertEqual(error["where"], "straight")
+        # From 65 s, half a minute after the start of the filter, to 200 s.
+        self.assertIn("4 artificial outages of 30 s", error["message"])
+
     def test_a_real_drive(self):
         folder = shared_data("drive_rtk")
         if folder is None:
@@ -167,6 +180,19 @@ class Outages(SoakTest):
         self.assertGreater(pipelines["physics"]["horizontal_final_m"]["value"], 0.5)
         self.assertGreater(max(outage["distance_m"] for outage in document["outages"]), 100.0)
 
+    def test_an_anfis_that_learnt_from_a_real_drive_does_no_harm_on_it(self):
+        folder = shared_data("drive_rtk")
+        if folder is None:
+            self.skipTest("the recorded drive is not here")
+        drive = self.write("real.toml", REAL_DRIVE.format(folder=folder))
+        names = ("anfis_position", "anfis_updates")
+        also = [argument for name in names for argument in ("--also", name)]
+        document = self.soak_json("nav-outages", "nav", "outages", drive, "--number", 5, "--first-s", 250, "--learn", drive, *also)
+        pipelines = by_name(document)
+        for name in names:
+            # Never worse than the filter alone by more than its interval.
+            self.assertGreaterEqual(pipelines[name]["gain"]["ci95"][1], 0.0)
+
 
 class Compare(SoakTest):
     def test_a_calibration_pays_over_a_ramp_of_temperature(self):
@@ -177,6 +203,17 @@ class Compare(SoakTest):
         self.assertGreater(pipelines["calibrated"]["gain"]["value"], 0.2)
         self.assertGreater(pipelines["physics"]["gain"]["value"], pipelines["calibrated"]["gain"]["value"])
         self.assertEqual(document["simulated"]["errors"], "isi")
+
+    def test_the_pipelines_of_the_thesis_come_where_they_are_asked_for(self):
+        document = self.soak_json("nav-outages", "nav", "compare", "--drives", 1, "--number", 1, "--errors", "isi",
+                                  "--also", "anfis_position", "--also", "wmra_batch", "--also", "wmra")
+        pipelines = by_name(document)
+        self.assertEqual(list(pipelines), ["raw", "calibrated", "physics", "wmra", "wmra_batch", "anfis_position"])
+        self.assertIn("LOOKS AHEAD", pipelines["wmra_batch"]["description"])
+        errors = document["outages"][0]["errors"]
+        # 30 s of a MEMS unit lose metres; wavelets take off what averages out anyway.
+        self.assertAlmostEqual(errors["wmra"]["horizontal_final_m"], errors["raw"]["horizontal_final_m"], delta=5.0)
+        self.assertNotEqual(errors["wmra"], errors["raw"])
 
 
 class Impact(SoakTest):

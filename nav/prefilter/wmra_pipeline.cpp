@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "nav/prefilter/wmra_pipeline.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <functional>
+#include <utility>
+
+#include "calib/signal/wavelet/denoising.h"
+#include "calib/signal/wavelet/streaming_denoiser.h"
+#include "nav/filter/filter_run.h"
+
+namespace soak::nav {
+namespace {
+
+using calib::signal::Denoised;
+using calib::signal::StreamingDenoiser;
+using Samples = std::vector<ImuSample>;
+
+constexpr std::size_t kLevels = 3;
+constexpr std::string_view kWavelet = "db8";
+
+/// The reading of a sensor, gyros first.
+double& reading(ImuSample& sample, Eigen::Index sensor) {
+  return sensor < 3 ? sample.rate_rps(sensor) : sample.force_mps2(sensor - 3);
+}
+
+/// Puts what `filter` makes of each sensor's readings in their place.
+base::Status filter_readings(
+    Samples& samples, const std::function<base::Result<std::vector<double>>(const std::vector<double>&)>& filter) {
+  for (Eigen::Index sensor = 0; sensor < 6; ++sensor) {
+    std::vector<double> values;
+    values.reserve(samples.size());
+    for (ImuSample& sample : samples) values.push_back(reading(sample, sensor));
+    const auto filtered = filter(values);
+    if (!filtered) return base::forward_error(filtered);
+    for (std::size_t i = 0; i < samples.size(); ++i) reading(samples[i], sensor) = (*filtered)[i];
+  }
+  return {};
+}
+
+base::Result<Denoised> denoised(std::span<const double> values) {
+  const auto wavelet = calib::signal::wavelet_named(kWavelet);
+  if (!wavelet) return base::forward_error(wavelet);
+  calib::signal::DenoisingOptions options;
+  options.levels = kLevels;
+  options.noise = calib::signal::NoiseFrom::per_level;
+  return calib::signal::denoise(values, *wavelet, options);
+}
+
+/// Thresholds from the first `known` values, then all values as they come out of a stream.
+base::Result<std::vector<double>> streamed(const std::vector<double>& values, std::size_t known) {
+  const auto before = denoised(std::span(values).first(known));
+  if (!before) return base::forward_error(before);
+  const auto wavelet = calib::signal::wavelet_named(kWavelet);
+  if (!wavelet) return base::forward_error(wavelet);
+  auto denoiser = StreamingDenoiser::create(*wavelet, calib::signal::Shrinkage::soft, before->thresholds);
+  if (!denoiser) return base::forward_error(denoiser);
+  calib::signal::StreamedSamples out;
+  if (auto status = denoiser->push(values, out); !status) return base::forward_error(status);
+  denoiser->flush(out);
+  return std::move(out.signal);
+}
+
+/// Samples that a stream keeps inside: (2^L - 1)(F - 1), see StreamingDenoiser.
+constexpr std::size_t kLatency = ((1U << kLevels) - 1) * 15;
+
+/// Time up to which samples are final at `t_s`.
+double final_until_s(const Samples& samples, double t_s) {
+  const auto come = std::ranges::upper_bound(samples, t_s, {}, &ImuSample::t_s) - samples.begin();
+  return come > static_cast<std::ptrdiff_t>(kLatency) ? (samples.begin() + come - 1 - kLatency)->t_s
+                                                      : samples.front().t_s;
+}
+
+base::Result<std::vector<Solution>> solve_live(const FilterPipeline& parts, const Drive& seen,
+                                               std::span<const double> t_s) {
+  const auto setup = set_up(parts, seen);
+  if (!setup) return base::forward_error(setup);
+  const auto known = static_cast<std::size_t>(
+      std::ranges::upper_bound(setup->drive.imu, setup->start.t_s, {}, &ImuSample::t_s) - setup->drive.imu.begin());
+  if (known < kLatency) {
+    return base::bad_input(
+        fmt::format("{} samples lie before the filter's start; wavelets need {} to know the noise", known, kLatency),
+        seen.name);
+  }
+  Drive smooth = setup->drive;
+  auto status = filter_readings(smooth.imu, [&](const std::vector<double>& values) { return streamed(values, known); });
+  if (!status) return base::forward_error(status);
+  FilterRun run(smooth, setup->start, setup->options);
+  std::vector<Solution> solutions;
+  for (const double wanted_s : t_s) {
+    run.advance_to(std::max(run.now_s(), final_until_s(smooth.imu, wanted_s)));
+    FilterRun ahead(run, setup->drive);
+    ahead.advance_to(wanted_s);
+    solutions.push_back({ahead.filter().antenna(), ahead.filter().antenna_velocity_mps()});
+  }
+  return solutions;
+}
+
+base::Result<std::vector<Solution>> solve_batch(const FilterPipeline& parts, const Drive& seen,
+                                                std::span<const double> t_s) {
+  Drive smooth = seen;
+  auto status = filter_readings(smooth.imu, [](const std::vector<double>& values) -> base::Result<std::vector<double>> {
+    auto result = denoised(values);
+    if (!result) return base::forward_error(result);
+    return std::move(result->signal);
+  });
+  if (!status) return base::forward_error(status);
+  return filter_pipeline(parts).solve(smooth, t_s);
+}
+
+}  // namespace
+
+Pipeline wmra(FilterPipeline filter) {
+  return {"wmra", "readings through wavelets as it could run live: no later sample is used; the same filter",
+          [filter = std::move(filter)](const Drive& seen, std::span<const double> t_s) {
+            return solve_live(filter, seen, t_s);
+          }};
+}
+
+Pipeline wmra_batch(FilterPipeline filter) {
+  return {"wmra_batch", "LOOKS AHEAD: readings of the whole recording through wavelets at once; the same filter",
+          [filter = std::move(filter)](const Drive& seen, std::span<const double> t_s) {
+            return solve_batch(filter, seen, t_s);
+          }};
+}
+
+}  // namespace soak::nav
