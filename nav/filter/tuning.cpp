@@ -52,9 +52,11 @@ SensorModels tuned_at_rest(const Drive& drive, const SensorModels& otherwise) {
     const double rate_hz = static_cast<double>(readings.size()) / rest_s;
     const auto tuned = model_of_rest(readings, rate_hz, model.bias.start_sigma, start);
     if (!tuned) continue;
-    // A rest shows what the sensor does at the least: driving shakes it.
+    // A rest shows what the sensor does at the least: driving shakes it, and its temperature moves.
+    const double walk = std::max(model.bias.walk, tuned->bias.walk);
     model.white = std::max(model.white, tuned->white);
     model.bias = tuned->bias;
+    model.bias.walk = walk;
     if (calib::is_gyro(sensor)) {
       model.bias.start_sigma =
           std::hypot(model.white / std::sqrt(rest_s), model.bias.sigma, model.bias.walk * std::sqrt(rest_s));

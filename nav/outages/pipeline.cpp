@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "nav/outages/pipeline.h"
 
+#include <limits>
 #include <utility>
 
 #include "base/units.h"
@@ -56,8 +57,9 @@ Pipeline filter_pipeline(FilterPipeline parts) {
 
 SensorModels typical_mems() {
   using base::kRadPerDeg;
-  const SensorModel gyro{0.03 * kRadPerDeg, {0.1 * kRadPerDeg, 0.1 * kRadPerDeg, 300.0, 0.0}, 0.005};
-  const SensorModel accel{0.005, {0.05, 0.05, 300.0, 0.0}, 0.005};
+  constexpr double kNoProcess_s = std::numeric_limits<double>::infinity();
+  const SensorModel gyro{0.05 * kRadPerDeg, {0.3 * kRadPerDeg, 0.0, kNoProcess_s, 0.005 * kRadPerDeg}, 0.005};
+  const SensorModel accel{0.02, {0.3, 0.0, kNoProcess_s, 0.001}, 0.005};
   return same_for_axes(gyro, accel);
 }
 

@@ -54,8 +54,10 @@ struct FilterSetup {
 /// Corrects the samples, aligns, runs the filter through the drive and on through the outage. Fails as align() does.
 [[nodiscard]] Pipeline filter_pipeline(FilterPipeline parts);
 
-/// What is taken for granted of a MEMS unit of which nobody measured the noise: gyros 0.03 deg/s/sqrt(Hz) and a bias of
-/// 0.1 deg/s over 300 s, accelerometers 0.005 m/s²/sqrt(Hz) and 0.05 m/s² over 300 s, scale factors 0.5 %.
+/// What is taken for granted of a MEMS unit of which nobody measured the noise, shaken by a vehicle: gyros
+/// 0.05 deg/s/sqrt(Hz), a bias of 0.3 deg/s at the start that walks 0.05 deg/s in 100 s; accelerometers
+/// 0.02 m/s²/sqrt(Hz), 0.3 m/s², 0.01 m/s² in 100 s; scale factors 0.5 %. No process about 0: it would draw a bias that
+/// stays to 0 as fast as turns teach it.
 [[nodiscard]] SensorModels typical_mems();
 
 }  // namespace soak::nav

@@ -139,8 +139,8 @@ CurveFit fitted_curve(const CurveData& data, const KnownHysteresis& known = {}) 
   return *std::move(result);
 }
 
-bool warns(const CurveFit& fitted_curve, const std::string& code) {
-  return std::ranges::any_of(fitted_curve.warnings, [&](const Warning& warning) { return warning.code == code; });
+bool warns(const CurveFit& curve, const std::string& code) {
+  return std::ranges::any_of(curve.warnings, [&](const Warning& warning) { return warning.code == code; });
 }
 
 TEST(OneWay, EveryUnitThatWasOnlyHeatedIsWarnedOfAndNoneThatWentBothWays) {

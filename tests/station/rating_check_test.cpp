@@ -45,7 +45,7 @@ TEST(RatingCheck, EveryTypeThatCannotBearItIsNamedWithRatingAndSetPoint) {
 
 TEST(RatingCheck, OfATextNamesTheLineOfTheSetPoints) {
   const std::string head =
-      "name=\"n\"\npurpose=\"diagnosis\"\nkind=\"rated_soak\"\npositions.order=[\"+X\"]\n[temperatures]\n";
+      "name=\"n\"\npurpose=\"diagnosis\"\nkind=\"soak\"\npositions.order=[\"+X\"]\n[temperatures]\n";
   const std::vector<calib::UnitType> types = {rated("a", -40.0, 85.0)};
   EXPECT_TRUE(parse_procedure(head + "overshoot_c=2\nlist_c=[83]\n", "p.toml", types));
   EXPECT_EQ(parse_procedure(head + "overshoot_c=2\nlist_c=[84]\n", "p.toml", types).error().where, "p.toml:7");
