@@ -23,9 +23,14 @@ RECORD = os.path.join(ROOT, "tools", "tidy_passed.txt")
 CACHE = os.path.join(os.environ.get("XDG_CACHE_HOME", os.path.expanduser("~/.cache")), "soak-tidy")
 
 
+def is_test(source):
+    """A source of tests/, or a batch of such."""
+    return source.startswith(os.path.join(ROOT, "tests") + os.sep) or "/tests/CMakeFiles/" in source
+
+
 def configuration_of(source):
-    """Text of all .clang-tidy files from the source's folder up to the root."""
-    text, folder = "", os.path.dirname(source)
+    """Text of all .clang-tidy files from the source's folder, for a batch of tests from theirs, up to the root."""
+    text, folder = "", os.path.join(ROOT, "tests") if is_test(source) and is_batch(source) else os.path.dirname(source)
     while True:
         path = os.path.join(folder, ".clang-tidy")
         if os.path.exists(path):
@@ -104,6 +109,8 @@ def check(entry):
         return source, None
     arguments = [a for a in arguments if not a.startswith("-Werror")]
     batch = ["--checks=-bugprone-suspicious-include"] if is_batch(source) else []
+    if batch and is_test(source):
+        batch += [f"--config-file={os.path.join(ROOT, 'tests', '.clang-tidy')}", "--header-filter=.*/tests/.*"]
     result = subprocess.run(["clang-tidy-19", "--quiet", *batch, source, "--", *arguments], cwd=ROOT, capture_output=True, text=True)
     if result.returncode != 0 or "warning:" in result.stdout or "error:" in result.stdout:
         return source, result.stdout + result.stderr
@@ -138,7 +145,7 @@ def main():
     os.makedirs(CACHE, exist_ok=True)
     entries = units_of(options.build)
     if options.skip_tests:
-        entries = [e for e in entries if not e["file"].startswith(os.path.join(ROOT, "tests") + os.sep)]
+        entries = [e for e in entries if not is_test(e["file"])]
     if options.paths:
         entries = [e for e in entries if any(p in e["file"] for p in options.paths)]
     known = set() if options.full else passed_in_tree()

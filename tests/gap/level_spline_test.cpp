@@ -76,6 +76,8 @@ TEST(CampaignModel, LeavesNothingAlongWhatIsFreeInTheBaseWhateverRunIsLeftOut) {
         if (k >= design.levels && k < 2 * design.levels) continue;  // slopes have a prior
         const double most = white.col(k).norm() * residual.residual().norm();
         EXPECT_LE(std::abs(white.col(k).dot(residual.residual())), 1e-7 * most) << name_of(sensor) << " column " << k;
+        EXPECT_LE(residual.project(white.col(k)).norm(), 1e-7 * white.col(k).norm())
+            << name_of(sensor) << " column " << k;
       }
     }
   }

@@ -16,9 +16,9 @@ constexpr double kRankTolerance = 1e-9;
 constexpr int kPasses = 3;
 constexpr double kNoSlope = 1e12;  ///< prior that keeps a slope at that of the spline
 constexpr double kSlow_s = 7200.0;
-/// Of columns of unit length, the least distance of each from those before it: where all keep it, the normal equations
-/// lose no more than half of the digits.
-constexpr double kIndependent = 1e-3;
+/// The reciprocal of the largest condition of columns of unit length at which the normal equations, where it is
+/// squared, lose no more than half of the digits.
+constexpr double kIndependent = 1e-4;
 
 Eigen::MatrixXd beside(const Eigen::MatrixXd& left, const Eigen::MatrixXd& right) {
   Eigen::MatrixXd both(left.rows(), left.cols() + right.cols());
@@ -44,17 +44,17 @@ std::optional<anfis::LeastSquaresFit> solve_independent(const Eigen::MatrixXd& a
   const Eigen::VectorXd empty = (norm.array() > 0.0).select(Eigen::VectorXd::Zero(norm.size()), 1.0);
   products.diagonal() += empty;
   const std::optional<Eigen::MatrixXd> lower = base::try_cholesky(products);
-  if (!lower || lower->diagonal().minCoeff() < kIndependent) return std::nullopt;
+  if (!lower) return std::nullopt;
   const Eigen::MatrixXd present = (1.0 - empty.array()).matrix().asDiagonal();
   const Eigen::MatrixXd factor = base::solve_lower(*lower, present).transpose();
+  // The condition is at most the product of the norms of both, and that of unit columns is the root of their number.
+  if (factor.norm() * std::sqrt(static_cast<double>(a.cols())) * kIndependent > 1.0) return std::nullopt;
   const auto solved = [&](const Eigen::VectorXd& left) -> Eigen::VectorXd {
     return factor * (factor.transpose() * (unit.transpose() * left));
   };
   Eigen::VectorXd x = solved(b);
   x += solved(b - unit * x);
   anfis::LeastSquaresFit fit;
-  fit.rank = a.cols() - static_cast<Eigen::Index>(empty.sum());
-  fit.residual_sum_of_squares = (b - unit * x).squaredNorm();
   fit.coefficients = scale.asDiagonal() * x;
   fit.covariance_factor = scale.asDiagonal() * factor;
   return fit;

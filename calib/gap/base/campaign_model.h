@@ -28,7 +28,7 @@ class SensorResidual {
   /// Share of the variance of a term's parameters that comes from the slow part of a wander, processes of two hours and
   /// more: 0 where the noise has none. About the means of runs.
   [[nodiscard]] double slow_share(const Eigen::MatrixXd& columns) const;
-  /// Whitened readings, freed likewise: the residual.
+  /// Whitened readings less what the base and the terms make of them: the residual.
   [[nodiscard]] const Eigen::VectorXd& residual() const { return residual_; }
   [[nodiscard]] const std::vector<Eigen::Index>& rows() const { return whitening_.rows(); }
   /// Coefficients of the base's columns, by generalised least squares.

@@ -204,7 +204,7 @@ void Whitening::filter_runs(const Observations& observations, const NoiseCompone
   variance(0) = noise.placement * noise.placement;
   variance(1) = noise.visit * noise.visit;
   for (Eigen::Index k = 2; k < n; ++k) variance(k) = std::pow(noise.wander[static_cast<std::size_t>(k) - 2].sigma, 2);
-  // A noise-free simulation still has to have a factor.
+  // Without any noise the filter would divide by 0.
   const double own = std::max(noise.block * noise.block, 1e-12 * variance.sum() + 1e-300);
   Covariance covariance = Covariance::Zero(n, n);
   steps_.reserve(rows_.size());

@@ -314,6 +314,27 @@ void search_all(const LoggedCampaign& campaign, CampaignModel& model, GapReport&
   decide(std::move(found), std::move(outside.effects), model.regressor_inputs().observations.level_c, report);
 }
 
+/// Searches, and where it is time that readings follow, in each run otherwise, once more with noise that wanders.
+/// `plain` then has that noise, too.
+void search_noise_and_effects(const LoggedCampaign& campaign, const Observations& observations,
+                              const TemperatureHistory& history, std::optional<CampaignModel>& plain,
+                              GapReport& report) {
+  const GapReport before = report;
+  std::optional<CampaignModel> model = plain;
+  search_all(campaign, *model, report);
+  const std::vector<Sensor> wander =
+      report.residual_structure ? report.residual_structure->may_wander : std::vector<Sensor>();
+  if (auto noise = wandering_noise(*model, report.suspects, wander)) {
+    plain.emplace(observations, history, std::nullopt, noise);
+    model.emplace(*plain);
+    report = before;
+    search_all(campaign, *model, report);
+    note_wander(observations, *noise, report);
+    report.noise = std::move(noise);
+  }
+  note_sensors_without_scatter(observations, *model, report);
+}
+
 GapReport find_in(const LoggedCampaign& campaign, std::int32_t model_version) {
   GapReport report;
   report.unit = campaign.unit;
@@ -335,21 +356,7 @@ GapReport find_in(const LoggedCampaign& campaign, std::int32_t model_version) {
                         "of one procedure");
   }
   if (auto differ = disagreement(*plain)) return cannot_judge(std::move(report), *std::move(differ));
-  const GapReport before = report;
-  std::optional<CampaignModel> model = plain;
-  search_all(campaign, *model, report);
-  // Where it is time that readings follow, and in each run otherwise, the noise may be of another kind than assumed.
-  const std::vector<Sensor> wander =
-      report.residual_structure ? report.residual_structure->may_wander : std::vector<Sensor>();
-  if (auto noise = wandering_noise(*model, report.suspects, wander)) {
-    plain.emplace(observations, history, std::nullopt, noise);
-    model.emplace(*plain);
-    report = before;
-    search_all(campaign, *model, report);
-    note_wander(observations, *noise, report);
-    report.noise = std::move(noise);
-  }
-  note_sensors_without_scatter(observations, *model, report);
+  search_noise_and_effects(campaign, observations, history, plain, report);
   note_position_order(observations, report);
   note_thermometer(campaign, history, report);
   for (std::size_t e = 0; e < report.effects.size(); ++e) {
