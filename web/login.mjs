@@ -3,6 +3,11 @@
 
 import { post } from "./api.mjs";
 import { $, say, show } from "./dom.mjs";
+import { connectLanguage, T } from "./text.mjs";
+
+connectLanguage($("language"));
+document.title = T.login.page;
+$("name").focus();
 
 $("log-in").addEventListener("submit", async (event) => {
   event.preventDefault();

@@ -31,12 +31,13 @@ class TurnFixture : public StepTask {
 
   StepProgress poll(Station& station) override {
     if (!asked_) {
-      station.prompts.ask(
+      const std::string text =
           heading_deg_ == 0.0
               ? std::string("Turn the whole fixture back to its usual heading, then confirm.")
               : fmt::format(
                     "Turn the whole fixture by {:g}° {} (seen from above) from its usual heading, then confirm.",
-                    std::abs(heading_deg_), heading_deg_ > 0.0 ? "clockwise" : "counter-clockwise"));
+                    std::abs(heading_deg_), heading_deg_ > 0.0 ? "clockwise" : "counter-clockwise");
+      station.prompts.ask({text, "heading", {{"heading_deg", heading_deg_}}});
       asked_ = true;
       return StepProgress::running();
     }
@@ -86,7 +87,9 @@ class Move : public StepTask {
   }
 
   StepProgress ask(Station& station, const std::string& why) {
-    station.prompts.ask(fmt::format("{}Turn the fixture so that its {} points up, then confirm.", why, position_));
+    station.prompts.ask({fmt::format("{}Turn the fixture so that its {} points up, then confirm.", why, position_),
+                         "position",
+                         {{"position", position_}}});
     return enter(station, Stage::by_hand);
   }
 
