@@ -293,6 +293,7 @@
  * @property {RunDetail} run
  * @property {{units: UnitLine[]}} units
  * @property {Unit} unit
+ * @property {{unit: string, model: Model}} model
  * @property {{jobs: Job[], not_listed: number}} jobs
  * @property {Job} job
  * @property {Fleet} fleet

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "station/report/unit_overview.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -93,26 +95,34 @@ json sensor_part(const std::string& name, const json& sensor) {
   return part;
 }
 
+base::Result<json> model_part(const db::Catalog& catalog, const db::ModelRow& model, bool simulated, const json& fit) {
+  json part = model_head(model);
+  auto terms = terms_part(catalog, model);
+  if (!terms) return base::forward_error(terms);
+  part["terms"] = *std::move(terms);
+  part["simulated"] = simulated;
+  part["sensors"] = json::object();
+  for (const auto& [name, sensor] : fit.at("sensors").items()) part["sensors"][name] = sensor_part(name, sensor);
+  return part;
+}
+
+json fit_of(const db::ModelRow& model) { return json::parse(model.document, nullptr, false)["fit"]; }
+
 base::Status add_model(const db::Catalog& catalog, const db::ModelRow& model, json& overview) {
   const auto calibration = calib::calibration_of(model.document);
   if (!calibration) return base::forward_error(calibration);
   const auto runs = runs_of_model(catalog, *calibration);
   if (!runs) return base::forward_error(runs);
-  const json fit = json::parse(model.document, nullptr, false)["fit"];
-  json part = model_head(model);
-  auto terms = terms_part(catalog, model);
-  if (!terms) return base::forward_error(terms);
-  part["terms"] = *std::move(terms);
-  part["simulated"] = calibration->simulated;
-  part["sensors"] = json::object();
-  for (const auto& [name, sensor] : fit.at("sensors").items()) part["sensors"][name] = sensor_part(name, sensor);
+  const json fit = fit_of(model);
+  auto part = model_part(catalog, model, calibration->simulated, fit);
+  if (!part) return base::forward_error(part);
   calib::WarningList warnings;
   if (calibration->simulated) {
     warnings.add({"simulated", "the model comes from SIMULATED data: it is not of a real unit"});
   }
   for (const calib::Warning& warning : runs->warnings) warnings.add(warning);
   warnings.add_fit(fit);
-  overview["model"] = std::move(part);
+  overview["model"] = *std::move(part);
   overview["warnings"] = warnings.take();
   overview["verify_with"] = fresh_campaigns(*runs);
   return {};
@@ -162,6 +172,17 @@ base::Result<json> unit_overview(const db::Catalog& catalog, const std::string& 
     if (auto added = add_model(catalog, **model, overview); !added) return base::forward_error(added);
   }
   return overview;
+}
+
+base::Result<json> model_overview(const db::Catalog& catalog, const std::string& serial, std::int32_t version) {
+  const auto model = catalog.model(serial, version);
+  if (!model) return base::forward_error(model);
+  if (!*model) return base::bad_input(fmt::format("unit {} has no model {}", serial, version), "version");
+  const auto calibration = calib::calibration_of((*model)->document);
+  if (!calibration) return base::forward_error(calibration);
+  auto part = model_part(catalog, **model, calibration->simulated, fit_of(**model));
+  if (!part) return part;
+  return json{{"unit", serial}, {"model", *std::move(part)}};
 }
 
 base::Result<std::string> doubt_of_model(const db::Catalog& catalog, const std::string& serial) {

@@ -410,6 +410,40 @@ class Page(WithStation):
         self.assertIn("run r1", self.browser.text("#unit-jobs li"))
         self.assertEqual(self.browser.console(), [])
 
+    def test_an_older_version_lies_beside_the_newest_on_the_same_axes(self):
+        self.soakd.soak("fit", "--unit", OTHER)
+        runs = self.soakd.get("runs", unit=OTHER, campaign="campaign")["runs"]
+        self.soakd.soak("runs", "void", runs[0]["run_id"], "--unit", OTHER, "--reason", "test", "--user", "Eva")
+        self.soakd.soak("fit", "--unit", OTHER)
+        newest = self.soakd.get("unit", unit=OTHER)["model"]
+        older = self.soakd.get("model", unit=OTHER, version=newest["version"] - 1)
+        check_schema(older, "http-model")
+        self.assertNotEqual(older["model"]["sensors"]["gyro_x"]["curve"], newest["sensors"]["gyro_x"]["curve"])
+        self.open_unit(OTHER)
+        self.browser.wait("return document.querySelectorAll('#unit-curves .sensor').length === 6")
+        self.assertEqual(self.browser.run("return document.querySelectorAll('#unit-curves .older').length"), 0)
+        self.browser.run("""const choice = document.querySelector('#unit-older'); choice.value = arguments[0];
+            choice.dispatchEvent(new Event('change'));""", str(older["model"]["version"]))
+        self.browser.wait("return document.querySelectorAll('#unit-curves svg .line.older').length === 6")
+        self.assertEqual(self.browser.run("return document.querySelectorAll('#unit-curves svg .band.older').length"), 6)
+        self.see("#unit-curves .sensor .legend", f"model {older['model']['version']}")
+        ways = self.browser.run("""return ['.line.curve', '.line.older'].map((style) =>
+            document.querySelector(`#unit-sensors > :nth-child(1) svg ${style}`).getAttribute('d').slice(1).split('L').map((p) => p.split(' ').map(Number)))""")
+        drawn = [[point for point in model["sensors"]["accel_x"]["curve"]] for model in (newest, older["model"])]
+        # Pixels are one affine function of temperature and bias for both: found from the newest, it gives the other.
+        for axis, key in ((0, "temp_c"), (1, "bias")):
+            low, high = (pick(range(len(drawn[0])), key=lambda i: drawn[0][i][key]) for pick in (min, max))
+            scale = (ways[0][high][axis] - ways[0][low][axis]) / (drawn[0][high][key] - drawn[0][low][key])
+            for way, point in zip(ways[1], drawn[1], strict=True):
+                self.assertAlmostEqual(way[axis], ways[0][low][axis] + scale * (point[key] - drawn[0][low][key]), delta=0.5)  # rounded to 0.1 of a pixel
+        self.assertEqual(self.browser.console(), [])
+
+    def test_a_version_that_there_is_not_is_refused(self):
+        for version in ("0", "99", "x"):
+            with self.assertRaises(urllib.error.HTTPError) as refused:
+                self.soakd.get("model", unit=SERIAL, version=version)
+            self.assertEqual((refused.exception.code, json.load(refused.exception)["error"]["where"]), (400, "version"))
+
     def test_names_are_text(self):
         for name in HOSTILE:
             self.open_unit(name)
