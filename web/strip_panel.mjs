@@ -3,6 +3,7 @@
 // greatest sample of each stretch.
 
 import { element } from "./dom.mjs";
+import { written } from "./format.mjs";
 import { panelTitle, runTime, valueText } from "./run_words.mjs";
 import { nearest, tableOf, timeTicks } from "./series.mjs";
 
@@ -23,7 +24,30 @@ export async function loadDygraphs() {
 /** A colour of the style sheet, as it is now. */
 const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
 
-const axisText = (value) => String(Number(value.toPrecision(9))).replace("-", "−");
+const BAND_ALPHA = 0.3;
+
+/**
+ * Plotter of dygraphs: the band of a line as a rectangle for each stretch, on whole pixels. The path of quadrilaterals that dygraphs itself
+ * fills takes a second on a machine without a graphics processor.
+ */
+function plotBand({ drawingContext: context, color, points, plotArea }) {
+  const known = points.filter(({ y_top, y_bottom }) => Number.isFinite(y_top) && Number.isFinite(y_bottom));
+  context.save();
+  context.globalAlpha = BAND_ALPHA;
+  context.fillStyle = color;
+  let left = Math.round(known[0]?.canvasx ?? 0);
+  let [top, bottom] = [Infinity, -Infinity];
+  known.forEach(({ canvasx, y_top, y_bottom }, i) => {
+    [top, bottom] = [Math.min(top, y_top, y_bottom), Math.max(bottom, y_top, y_bottom)]; // its y_top is of the least value
+    const right = Math.round((canvasx + (known[i + 1]?.canvasx ?? canvasx)) / 2);
+    if (right <= left) return; // the next stretch lies on the same pixel
+    context.fillRect(left, plotArea.y + plotArea.h * top, right - left, plotArea.h * (bottom - top));
+    [left, top, bottom] = [right, Infinity, -Infinity];
+  });
+  context.restore();
+}
+
+const axisText = (value) => written(String(Number(value.toPrecision(9))));
 
 export class StripPanel {
   #graph = null;
@@ -62,7 +86,7 @@ export class StripPanel {
       ...this.#colours(),
     };
     if (this.#graph) this.#graph.updateOptions({ ...options, file: table });
-    else this.#graph = new Dygraph(this.#plot, table, { ...options, ...this.#fixed() });
+    else this.#graph = new Dygraph(this.#plot, table, { ...options, ...this.#fixed(Dygraph) });
     this.point(null);
   }
 
@@ -123,7 +147,7 @@ export class StripPanel {
     };
   }
 
-  #fixed() {
+  #fixed(Dygraph) {
     const ticker = (from_s, to_s, pixels) => {
       const { step_s, times_s } = timeTicks(from_s, to_s, pixels / TICK_PIXELS);
       return times_s.map((t_s) => ({ v: t_s, label: runTime(t_s, step_s) }));
@@ -132,7 +156,7 @@ export class StripPanel {
       customBars: true,
       connectSeparatedPoints: true,
       interactionModel: {}, // the strip chart's own, for all panels at once
-      fillAlpha: 0.3,
+      plotter: [plotBand, Dygraph.Plotters.linePlotter],
       strokeWidth: 1.4,
       pointSize: 2,
       highlightCircleSize: 4,

@@ -54,6 +54,13 @@ class WithSoakd(unittest.TestCase):
     def name(self, label):
         return {"run": self.runs[label]["run_id"], "unit": self.runs[label]["unit"]}
 
+    def exported(self, label):
+        """The source's own numbers."""
+        path = self.soakd.folder / f"{label}-exported.csv"
+        self.soakd.soak("runs", "export", label, "--native", "-o", path)
+        with open(path, encoding="utf-8", newline="") as file:
+            return list(csv.DictReader(file))
+
 
 class Interface(WithSoakd):
     def test_the_list_is_that_of_soak_with_counts(self):
@@ -77,13 +84,6 @@ class Interface(WithSoakd):
         self.assertAlmostEqual(stream["channels"][0]["rate_hz"], 2.0)
         refused = [s for s in answer["segments"] if any(f["severity"] == "reject" for f in s["findings"])]
         self.assertEqual([{key: s[key] for key in REFUSED} for s in refused], [REFUSED])
-
-    def exported(self, label):
-        """The source's own numbers."""
-        path = self.soakd.folder / f"{label}-exported.csv"
-        self.soakd.soak("runs", "export", label, "--native", "-o", path)
-        with open(path, encoding="utf-8", newline="") as file:
-            return list(csv.DictReader(file))
 
     def test_samples_are_those_of_the_native_export_bit_for_bit(self):
         rows = self.exported("R02")
@@ -165,7 +165,37 @@ class WithBrowser(WithSoakd):
             {"type": "pointer", "id": "mouse", "parameters": {"pointerType": "mouse"}, "actions": moves}]})
 
 
+# Every rectangle that is drawn into the first panel from now on, with the way across and down of its edges.
+RECTANGLES = """
+window.rectangles = [];
+const fill = CanvasRenderingContext2D.prototype.fillRect;
+CanvasRenderingContext2D.prototype.fillRect = function (x, y, w, h) {
+  if (this.canvas.closest('.panel') === document.querySelector('#strip-panels .panel') && this.globalAlpha > 0.29 && this.globalAlpha < 0.31) window.rectangles.push([x, y, w, h]);
+  fill.call(this, x, y, w, h);
+};"""
+
+
 class Page(WithBrowser):
+    def test_the_band_of_a_line_reaches_its_least_and_greatest_sample_without_a_gap(self):
+        rows = self.exported("R02")
+        self.open_run("R02")
+        self.wait_for_chart("buckets")
+        self.browser.run("document.querySelectorAll('#strip-channels input').forEach((box) => { if (box.checked && box.value !== 'imu/gyro_y') box.click(); })")
+        self.browser.wait("return document.querySelectorAll('#strip-panels .panel').length === 1 && document.querySelector('#strip').getAttribute('aria-busy') === 'false'")
+        self.browser.run(RECTANGLES)
+        self.browser.click("#strip-all")
+        self.browser.wait("return window.rectangles.length > 100 && document.querySelector('#strip').getAttribute('aria-busy') === 'false'")
+        drawn = self.browser.run("return window.rectangles")
+        drawn = drawn[max(i for i, (x, *_) in enumerate(drawn) if x == min(x for x, *_ in drawn)):]  # of the last time it was drawn
+        for (x, _, width, _), (following, *_) in zip(drawn, drawn[1:]):
+            self.assertEqual(x + width, following)
+        times = [float(row["t_s"]) for row in rows]
+        span = (drawn[0][0], drawn[-1][0] + drawn[-1][2])
+        for extreme, edge in ((max, min(drawn, key=lambda r: r[1])), (min, max(drawn, key=lambda r: r[1] + r[3]))):
+            at = times[rows.index(extreme(rows, key=lambda row: float(row["gy_dps"])))]
+            x = span[0] + (span[1] - span[0]) * (at - times[0]) / (times[-1] - times[0])
+            self.assertLess(abs(edge[0] + edge[2] / 2 - x), 4)  # pixels: a stretch, and the half of one at both ends
+
     def test_the_list_is_reached_from_the_station_and_says_what_became_of_each_run(self):
         self.browser.go(self.soakd.url)
         self.browser.click("#to-runs")
