@@ -2,7 +2,7 @@
 // What the campaign does, what it asks, and whether the door may be opened.
 
 import { $, element, say, show } from "./dom.mjs";
-import { duration, number } from "./format.mjs";
+import { duration, number, written } from "./format.mjs";
 import { drawPose } from "./pose.mjs";
 import { T } from "./text.mjs";
 import { abortText, allRestAsAsked, doorOf, faceOf, finishOf, isActive, nextBeginsByItself, positionOf, queueText, runOf, sign, stateText, stepText, turnText, waitsForChamber } from "./words.mjs";
@@ -87,7 +87,7 @@ function renderFacts(campaign, plan, time, finish) {
   say($("remaining"), duration(campaign.remaining_s));
   show($("host-time"), time.rate !== 1);
   say($("process-label"), time.rate === 1 ? T.campaign.left : T.campaign.leftProcess);
-  say($("host-label"), T.campaign.leftHost(time.rate));
+  say($("host-label"), T.campaign.leftHost(written(String(time.rate))));
   say($("remaining-host"), duration(campaign.remaining_s / time.rate));
   say($("procedure"), `${campaign.procedure} (${T.purposes[campaign.purpose]})`);
 }

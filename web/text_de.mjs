@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the page says, in German: as a technician of a laboratory says it. What the station itself says is English; what has a code is said here by it.
 
-import { number, plural } from "./format.mjs";
+import { number, plural, written } from "./format.mjs";
 
 const sign = (label) => label.replace("-", "−");
 const list = (names) => new Intl.ListFormat("de").format(names);
-/** "Steckplatz A" or "die Steckplätze A und B", in the case that follows `in`. */
+/** "Steckplatz A" or "den Steckplätzen A und B": in the case that follows `in`. */
 const slotsText = (names) => plural(names.length, { one: `Steckplatz ${names[0]}`, other: `den Steckplätzen ${list(names)}` });
 
 const CLOSED = "Die Tür geschlossen halten, bis die Station sie freigibt.";
 const GOES_ON = "Die Kampagne läuft dann von selbst weiter.";
 const WAITS = {
-  air: ["Die Luft ist nicht auf dem Sollwert: Die Kampagne wartet", "Die Tür der Temperaturkammer schließen und auf ihre Anzeige sehen. Ist die Luft wieder da, läuft die Kampagne von selbst weiter."],
+  air: ["Die Lufttemperatur ist nicht am Sollwert: Die Kampagne wartet", "Die Tür der Temperaturkammer schließen und die Anzeige der Kammer ablesen. Ist der Sollwert wieder erreicht, läuft die Kampagne von selbst weiter."],
   disk: ["Die Festplatte ist voll: Die Kampagne wartet", `Auf der Festplatte der Station Platz schaffen, im Datenordner aber nichts löschen. ${GOES_ON}`],
   storage: ["Messwerte lassen sich nicht schreiben: Die Kampagne wartet", "Die Festplatte der Station prüfen. Sobald sie sich beschreiben lässt, läuft die Kampagne von selbst weiter."],
-  supply: ["Die Versorgung eines Prüflings ist außerhalb der Grenzen: Die Kampagne wartet", "Netzgerät und Kabel prüfen. Stimmt die Spannung wieder, läuft die Kampagne von selbst weiter."],
+  supply: ["Die Versorgungsspannung eines Prüflings liegt außerhalb der Grenzen: Die Kampagne wartet", "Netzgerät und Kabel prüfen. Stimmt die Spannung wieder, läuft die Kampagne von selbst weiter."],
   catalog: ["Der Katalog lässt sich nicht schreiben: Die Kampagne wartet", `Das andere Programm beenden, das ihn belegt (ein angehaltenes „soak import“?). ${GOES_ON}`],
 };
 
@@ -22,24 +22,17 @@ const WAITS = {
 function atSilentChamber({ state, suspension }) {
   if (state === "stopping") return "Zur Kammer gehen: Antwortet sie nicht, lässt sie sich nur von Hand abschalten, und zwar erst, wenn die Prüflinge warm sind.";
   const look = "Zur Kammer gehen: Ist sie eingeschaltet, steckt das Kabel?";
-  if (suspension) return `${look} ${suspension.causes.length === 1 ? "Sobald sie antwortet, läuft die Kampagne von selbst weiter." : "Die Kampagne wartet noch auf etwas anderes."}`;
+  if (suspension) return `${look} ${String(suspension.causes) === "chamber" ? "Sobald sie antwortet, läuft die Kampagne von selbst weiter." : "Die Kampagne wartet auch noch auf etwas anderes."}`;
   if (state === "paused") return `${look} Die Kampagne bleibt pausiert; „Fortsetzen“ gibt der Kammer ihren Sollwert wieder.`;
   return `${look} Antwortet sie binnen einer Minute, geht es sofort weiter.`;
 }
 
-/** How a unit that rests wrong comes to rest as it should. */
-function turnText(up, expected) {
-  if (up === expected) return text.faces.tilted(5, sign(expected));
-  return text.faces[up.slice(1) === expected.slice(1) ? "half" : "quarter"](sign(up || "unbekannte Fläche"), sign(expected));
-}
-
-function wrongFace(who, { about }, status) {
+function wrongFace(who, { about }, status, turn) {
   const { up, expected } = status.units.find(({ serial }) => serial === about).attitude;
   const byHand = status.fixture.description === "by hand";
-  const turn = turnText(up ?? "", expected);
   const action = up === expected || byHand ? `${byHand && up !== expected ? "Die Vorrichtung drehen" : who}: ${turn}.`
-    : "Prüfen, ob er so eingebaut ist, wie es in der Konfiguration der Station steht, und ob die Vorrichtung dort ist, wo sie zu sein meldet.";
-  return { title: up === expected ? `${who} liegt schief` : `${who} hat ${sign(up || "eine unbekannte Fläche")} oben statt ${sign(expected)}`, action };
+    : "Prüfen, ob er so eingebaut ist, wie es in der Konfiguration der Station steht, und ob die Vorrichtung wirklich in der Lage ist, die sie meldet.";
+  return { title: up === expected ? `${who} liegt schief` : `${who} hat ${sign(up)} oben statt ${sign(expected)}`, action };
 }
 
 /** {title, action} of each alarm by its code (docs/http-api.md, `alarms`). */
@@ -47,14 +40,14 @@ const ALARMS = {
   chamber_silent: (alarm, status) => ({ title: "Die Temperaturkammer antwortet nicht", action: atSilentChamber(status) }),
   chamber_alarm: ({ about }) => ({ title: `Die Temperaturkammer meldet einen Alarm: ${about}`, action: `Zur Kammer gehen und auf ihre Anzeige sehen. ${CLOSED}` }),
   chamber_not_off: () => ({ title: "Die Temperaturkammer schaltet nicht ab", action: `Zur Kammer gehen und Heizung und Kühlung von Hand abschalten. ${CLOSED}` }),
-  data_folder: () => ({ title: "Der Datenordner ist weg", action: "Ihn wiederherstellen (ist seine Festplatte eingehängt?) oder soakd neu starten. Vorher beginnt keine Kampagne." }),
+  data_folder: () => ({ title: "Der Datenordner fehlt", action: "Ihn wiederherstellen (ist seine Festplatte eingehängt?) oder soakd neu starten. Vorher beginnt keine Kampagne." }),
   unit_dropped: (alarm, status, who) => ({ title: `${who} wurde ausgelassen: in diesem Lauf nicht aufgezeichnet`,
     action: "Kabel und Versorgung prüfen. Die anderen Prüflinge laufen weiter, der nächste Lauf versucht es wieder mit ihm." }),
   unit_failed: (alarm, status, who) => ({ title: `${who} ist ausgefallen`, action: "Kabel und Versorgung prüfen. Die anderen Prüflinge laufen weiter." }),
-  unit_face: (alarm, status, who) => wrongFace(who, alarm, status),
+  unit_face: (alarm, status, who, turn) => wrongFace(who, alarm, status, turn),
   campaign_aborted: () => ({ title: "Die Kampagne wurde abgebrochen: Die Station geht in den sicheren Zustand", action: CLOSED }),
   campaign_ended: (alarm, { resumes_by_itself }) => ({ title: "Die Kampagne ist zu Ende: Die Station geht in den sicheren Zustand",
-    action: `${resumes_by_itself ? "Sie läuft dann von selbst weiter; wer das nicht will, bricht sie ab." : "Tun, was hier genannt ist, falls etwas genannt ist."} ${CLOSED}` }),
+    action: `${resumes_by_itself ? "Sie läuft dann von selbst weiter; wer das nicht will, bricht sie ab." : "Beheben, was hier genannt ist."} ${CLOSED}` }),
   campaign_failed: (alarm, { resumable }) => ({ title: "Die Kampagne ist fehlgeschlagen",
     action: resumable ? "Beheben, was hier genannt ist, dann „Fortsetzen“ drücken: Es geht beim Plateau vor der Unterbrechung weiter."
       : "Beheben, was hier genannt ist, dann eine neue Kampagne starten." }),
@@ -65,12 +58,12 @@ const ALARMS = {
   queue_held: ({ about }) => ({ title: `Kampagne ${about} beginnt nicht`, action: "Beheben, was hier genannt ist, dann „Nächste beginnen“ drücken." }),
 };
 
-function alarmText(alarm, status) {
+function alarmText(alarm, status, turn) {
   const unit = status.units.find(({ serial }) => serial === alarm.about);
   const waits = WAITS[alarm.code.replace(/^waits_for_/, "")];
-  const deadline = alarm.code === "queue_begins" ? "Sie beginnt um" : "Sonst endet sie um";
+  const deadline = alarm.code === "queue_begins" ? "Beginn:" : "Sonst endet die Kampagne:";
   if (waits) return { title: waits[0], action: waits[1], deadline };
-  const said = ALARMS[alarm.code]?.(alarm, status, unit && `Prüfling ${unit.serial} in Steckplatz ${unit.slot}`);
+  const said = ALARMS[alarm.code]?.(alarm, status, unit && `Prüfling ${unit.serial} in Steckplatz ${unit.slot}`, turn);
   return { title: alarm.title, action: alarm.action, ...said, deadline };
 }
 
@@ -78,7 +71,7 @@ function alarmText(alarm, status) {
 const QUESTIONS = {
   position: ({ position }) => `Die Vorrichtung so drehen, dass ${sign(position)} nach oben zeigt, dann bestätigen.`,
   heading: ({ heading_deg }) => heading_deg === 0 ? "Die ganze Vorrichtung in ihre übliche Richtung zurückdrehen, dann bestätigen."
-    : `Die ganze Vorrichtung aus ihrer üblichen Richtung um ${number(Math.abs(heading_deg), 0)}° ${heading_deg > 0 ? "im" : "gegen den"} Uhrzeigersinn drehen (von oben gesehen), dann bestätigen.`,
+    : `Die ganze Vorrichtung aus ihrer üblichen Richtung um ${written(String(Math.abs(heading_deg)))}° ${heading_deg > 0 ? "im" : "gegen den"} Uhrzeigersinn drehen (von oben gesehen), dann bestätigen.`,
   dry_air: ({ temp_c }) => `Die Spülung mit trockener Luft einschalten, dann bestätigen: Der nächste Sollwert ist ${number(temp_c, 1)} °C.`,
   power: ({ off_s, slots }) => `Die Prüflinge in ${slotsText(slots)} mindestens ${number(off_s, 0)} s lang ausschalten, wieder einschalten und bestätigen.`,
   units: ({ slots, expected, found }) => `${slots.map((slot, i) => `In Steckplatz ${slot} steckt Prüfling ${found[i]}, erwartet ist ${expected[i]}.`).join(" ")}
@@ -110,13 +103,13 @@ export const text = {
   },
   lost: {
     title: "Keine Verbindung zu soakd.",
-    before: "Was Sie sehen, ist von",
+    before: "Stand der Anzeige:",
     after: "; die Kampagne selbst läuft vielleicht weiter. Neuer Versuch …",
-    nowhere: "noch nirgends",
+    nowhere: "noch keiner",
   },
   roles: {
     viewer: "Dieses Konto sieht alles und ändert nichts",
-    operator: "Dieses Konto fährt Kampagnen und beurteilt Prüflinge; Export, Schlüssel, Kalibrierscheine und Ungültigerklärungen brauchen die Rolle Ingenieur",
+    operator: "Dieses Konto fährt Kampagnen und beurteilt Prüflinge; Export, Schlüssel, Kalibrierscheine und das Ungültigerklären brauchen die Rolle Ingenieur",
     engineer: "Dieses Konto darf alles",
   },
   roleNames: { viewer: "Betrachter", operator: "Bediener", engineer: "Ingenieur" },
@@ -137,17 +130,17 @@ export const text = {
   },
   waitsFor: {
     chamber: "wartet auf die Temperaturkammer", air: "wartet auf die Lufttemperatur", disk: "wartet auf Platz auf der Festplatte", storage: "wartet auf die Festplatte",
-    supply: "wartet auf die Versorgung", catalog: "wartet auf den Katalog",
+    supply: "wartet auf die Versorgungsspannung", catalog: "wartet auf den Katalog",
   },
   waitsForYou: "wartet auf Sie",
   imported: "importiert",
-  purposes: { calibration: "Kalibrierung", verification: "Verifikation", diagnosis: "Diagnose" },
+  purposes: { calibration: "Kalibrierung", verification: "Verifizierung", diagnosis: "Diagnose" },
   campaign: {
     title: "Kampagne",
     pause: "Pausieren",
     resume: "Fortsetzen",
     next: "Nächste beginnen",
-    abort: "Abbrechen …",
+    abort: "Kampagne abbrechen …",
     ready: "Fertig",
     readyIfOn: "Fertig, wenn es jetzt weitergeht",
     done: "Erledigt",
@@ -164,7 +157,7 @@ export const text = {
     takeOut: "Entfernen",
     takeOutLabel: (name) => `${name} aus der Warteschlange nehmen`,
     queued: (name, procedure, time, user) => `${name}: ${procedure}, etwa ${time}, eingereiht von ${user}`,
-    refused: (command, why) => `${{ pause: "Pausieren", resume: "Fortsetzen", next: "Nächste beginnen", abort: "Abbrechen", confirm: "Bestätigen", unqueue: "Entfernen" }[command] ?? command}: ${why}`,
+    refused: (command, why) => `${{ pause: "Pausieren", resume: "Fortsetzen", next: "Nächste beginnen", abort: "Kampagne abbrechen", confirm: "Bestätigen", unqueue: "Entfernen" }[command] ?? command}: ${why}`,
   },
   steps: {
     up: (face) => `, ${face} oben`,
@@ -174,11 +167,11 @@ export const text = {
     turn: (up) => `Vorrichtung drehen${up}`,
     turning: (up) => `dreht${up}`,
     spins: (rate) => `dreht mit ${rate} °/s`,
-    spinEnds: "Drehung hält an",
+    spinEnds: "Drehung wird gestoppt",
     dryAir: "trockene Luft",
     chamberGoesTo: (temp) => `Kammer fährt auf ${temp} °C`,
     chamberOnItsWay: "Kammer fährt zum Sollwert",
-    settling: "Prüflinge gleichen sich an",
+    settling: "Temperaturausgleich der Prüflinge",
     recording: (up) => `Aufzeichnung${up}`,
     check: "Prüflinge werden geprüft",
     warmEnd: "Aufwärmen, damit sich kein Tau bildet",
@@ -195,15 +188,15 @@ export const text = {
   },
   queue: {
     then: (names) => `Danach: ${names}.`,
-    atTime: (names, first, time) => `Als Nächstes: ${names}. ${first} beginnt von selbst: ${time}; „Abbrechen“ verhindert das.`,
+    atTime: (names, first, time) => `Als Nächstes: ${names}. ${first} beginnt von selbst: ${time}; „Kampagne abbrechen“ verhindert das.`,
     waits: (names) => `In der Warteschlange: ${names}.`,
-    waitsForYou: (names) => `In der Warteschlange: ${names}. Sie beginnt erst, wenn Sie es wollen.`,
+    waitsForYou: (names) => `In der Warteschlange: ${names}. Weiter geht es erst mit „Nächste beginnen“.`,
   },
   abort: {
     title: "Die Kampagne abbrechen?",
     reason: "Grund",
     keep: "Weiterlaufen lassen",
-    send: "Abbrechen",
+    send: "Kampagne abbrechen",
     queued: (name) => `Kampagne ${name} beginnt nicht von selbst. Sie bleibt in der Warteschlange. Was aufgezeichnet ist, bleibt.`,
     givenUp: (name) => `Kampagne ${name} wird aufgegeben: Sie kann danach nicht fortgesetzt werden. Ihre fertigen Läufe bleiben.`,
     run: (number, all) => `von Lauf ${number} von ${all}`,
@@ -211,21 +204,21 @@ export const text = {
     label: (label) => `von ${label}`,
     before: (count) => ` ${plural(count, { one: "Der Lauf davor bleibt.", other: `Die ${count} Läufe davor bleiben.` })}`,
     loses: (what, before) => `Was ${what} aufgezeichnet ist, wird ungültig: Es bleibt erhalten, geht aber in keine Kalibrierung ein.${before}
-    Die Kampagne kann danach nicht fortgesetzt werden. Die Temperaturkammer geht in ihren sicheren Zustand, die Prüflinge werden ausgeschaltet. Nur für eine Weile anhalten: stattdessen pausieren.`,
+    Die Kampagne kann danach nicht fortgesetzt werden. Die Temperaturkammer geht in ihren sicheren Zustand, die Prüflinge werden ausgeschaltet. Wer nur eine Weile anhalten will, pausiert stattdessen.`,
   },
   door: {
     unknown: "Unbekannt, ob die Tür geöffnet werden darf",
     closed: "Tür geschlossen halten",
     open: "Tür darf geöffnet werden",
     dew: (temp) => `Taupunkt des Raums ${temp} °C`,
-    later: (time, span) => ` Frei: ${time} (in ${span}).`,
+    later: (time, span) => ` Öffnen möglich ab ${time} (in ${span}).`,
     noChamber: (dew) => `Die Temperatur der Kammer ist nicht bekannt; ${dew}.`,
     moves: "Die Vorrichtung bewegt sich",
     cold: (coldest, dry, dew) => `Es kann sich Tau bilden: Das kälteste Teil hat ${coldest} °C, nötig sind ${dry} °C (${dew})`,
     hot: (hottest) => `Heiß: ${hottest} °C`,
     goesOn: "Die Kampagne läuft von selbst weiter, sobald die Kammer sicher ist: zuerst abbrechen",
     begins: (name, time) => `Kampagne ${name} beginnt von selbst (${time}): zuerst abbrechen`,
-    paused: (coldest, dew) => `Pausiert; ${coldest} °C, ${dew}. Nach „Fortsetzen“ gleichen sich die Prüflinge wieder an.`,
+    paused: (coldest, dew) => `Pausiert; ${coldest} °C, ${dew}. Nach „Fortsetzen“ wird der Temperaturausgleich neu abgewartet.`,
     asks: (coldest, dew) => `Die Station wartet auf Sie; ${coldest} °C, ${dew}.`,
     notOff: "Heizung und Kühlung sind nicht aus",
     stopping: "Die Kammer wird in den sicheren Zustand gebracht",
@@ -236,7 +229,7 @@ export const text = {
 
   // ---- what needs somebody
 
-  alarm: (alarm, status) => alarmText(alarm, status),
+  alarm: (alarm, status, turn) => alarmText(alarm, status, turn),
   prompt: {
     title: "Die Station wartet auf Sie",
     faces: "Was oben liegt",
@@ -284,7 +277,7 @@ export const text = {
     review: "Was diese Kampagne wäre",
     send: "Starten",
     queue: "In die Warteschlange",
-    about: "Alles wird geprüft, bevor sich etwas bewegt. Eine Kampagne in der Warteschlange beginnt, wenn die vor ihr mit allen Prüflingen fertig sind; nach allem anderen wartet sie auf jemanden. Im Terminal:",
+    about: "Alles wird geprüft, bevor sich etwas bewegt. Eine Kampagne in der Warteschlange beginnt, wenn die vor ihr mit allen Prüflingen fertig sind; endet eine davon anders, wartet sie auf jemanden. Im Terminal:",
     givesUp: (name) => `„Starten“ gibt ${name} auf: Sie kann danach nicht fortgesetzt werden.`,
     unknown: { procedures: "Die Station sagt nicht, welche Prüfabläufe sie hat", types: "Die Station sagt nicht, welche Typen sie kennt", stored: "Die Station sagt nicht, welche Steckplätze sie hat" },
     mistakes: (file) => `${file} (mit Fehlern)`,
@@ -300,7 +293,7 @@ export const text = {
     range: (lowest, highest) => `von ${lowest} bis ${highest} °C`,
     takes: (time) => `dauert etwa ${time}`,
     simulated: (time) => ` (${time} nach der simulierten Uhr)`,
-    ends: (time) => `; jetzt gestartet endet sie ${time}`,
+    ends: (time) => `; Ende bei sofortigem Start: ${time}`,
     writes: (size) => `schreibt etwa ${size}`,
     free: (size) => `; ${size} sind frei`,
     refused: (message, place) => `Abgelehnt: ${message}${place}`,
@@ -309,7 +302,7 @@ export const text = {
 
   // ---- devices
 
-  chart: { title: "Temperaturen", label: "Temperaturen über der Zeit", chamber: "Kammer", setPoint: "Sollwert", at: (time) => `um ${time}`, after: (span) => `nach ${span}`, keys: "Die Pfeiltasten bewegen einen Zeiger." },
+  chart: { title: "Temperaturen", label: "Temperaturen über der Zeit", chamber: "Kammer", setPoint: "Sollwert", at: (time) => `Zeit: ${time}`, after: (span) => `nach ${span}`, keys: "Die Pfeiltasten bewegen einen Zeiger." },
   chamber: {
     title: "Temperaturkammer",
     air: "°C Luft",
@@ -332,7 +325,7 @@ export const text = {
     states: { closed: "aus", silent: "sendet nichts", configuring: "startet", streaming: "an", failed: "ausgefallen" },
     dropped: "ausgelassen: in diesem Lauf nicht aufgezeichnet",
     stable: "✓ stabil",
-    settling: "gleicht sich an",
+    settling: "noch nicht stabil",
     slope: "Anstieg, K/min",
     position: "Lage",
     samples: "Messwerte",

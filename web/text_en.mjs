@@ -160,11 +160,13 @@ export const text = {
   // ---- what needs somebody
 
   /**
-   * {title, action, deadline} of an alarm; `deadline`: what a time follows, "" without one.
+   * {title, action, deadline} of an alarm; `turn`: how a unit that rests wrong comes to rest as it should, "" where it is about none; `deadline`: what
+   * a time follows, "" without one.
    * @param {import("./documents.mjs").Alarm} alarm
    * @param {import("./documents.mjs").Status} status
+   * @param {string} turn
    */
-  alarm: (alarm, status) => ({ title: alarm.title, action: alarm.action, deadline: alarm.deadline?.text ?? "" }),
+  alarm: (alarm, status, turn) => ({ title: alarm.title, action: alarm.action, deadline: alarm.deadline?.text ?? "" }),
   prompt: {
     title: "The station waits for you",
     faces: "The face that is up",

@@ -233,7 +233,9 @@ export function doorOf(status, plan) {
  */
 export function alertsOf(status) {
   return status.alarms.map((alarm) => {
-    const { title, action, deadline } = T.alarm(alarm, status);
+    const unit = status.units.find(({ serial }) => serial === alarm.about);
+    const face = unit ? faceOf(unit) : null;
+    const { title, action, deadline } = T.alarm(alarm, status, face ? turnText(face) : "");
     const ends = alarm.deadline ? ` ${deadline} ${timeOfDay(alarm.deadline.utc_s, now_s(status))}.` : "";
     return { level: alarm.level, title, detail: alarm.detail, action: `${action}${ends}` };
   });

@@ -161,6 +161,10 @@ class Choice(LanguageTest):
             self.open()
             self.see("#air", air)
             self.see("#finish", day)
+        self.speak("de")
+        self.station.set("/clock/rate", 0.5)
+        self.open()
+        self.see("#host-label", "0,5-fach")
 
 
 class German(LanguageTest):
@@ -186,7 +190,7 @@ class German(LanguageTest):
         for command, document in (("history", soak_history()), ("noise", allan_noise())):
             self.station.tell(f"{command} {json.dumps(document)}")
         self.open_german()
-        for kind, text in (("set_temperature", "Kammer fährt zum Sollwert"), ("wait_stable", "gleichen sich an"), ("record", "Aufzeichnung, +X oben"),
+        for kind, text in (("set_temperature", "Kammer fährt zum Sollwert"), ("wait_stable", "Temperaturausgleich"), ("record", "Aufzeichnung, +X oben"),
                            ("move", "dreht, +X oben"), ("warm_end", "Tau"), ("power_off", "ausgeschaltet"), ("power_on", "starten")):
             set_step(self.station, PLAN, kind, run=1)
             self.see("#step-text", text)
@@ -201,7 +205,7 @@ class German(LanguageTest):
     def test_every_question_that_the_station_asks(self):
         self.open_german()
         self.station.set("/state", "waiting")
-        asked = {"position": ({"position": "-Z"}, "−Z nach oben"), "heading": ({"heading_deg": -90.0}, "90° gegen den Uhrzeigersinn"),
+        asked = {"position": ({"position": "-Z"}, "−Z nach oben"), "heading": ({"heading_deg": -22.5}, "22,5° gegen den Uhrzeigersinn"),
                  "dry_air": ({"temp_c": -20.0}, "−20,0 °C"), "power": ({"off_s": 10.0, "slots": ["A", "C"]}, "Steckplätzen A und C mindestens 10 s"),
                  "units": ({"slots": ["B"], "expected": ["SN2"], "found": ["SN9"]}, "In Steckplatz B steckt Prüfling SN9, erwartet ist SN2.")}
         self.assertEqual(set(asked), set(STATUS_SCHEMA["properties"]["prompt"]["properties"]["code"]["enum"]))
@@ -229,13 +233,13 @@ class German(LanguageTest):
         codes = STATUS_SCHEMA["properties"]["alarms"]["items"]["properties"]["code"]["enum"]
         self.assertGreater(len(codes), 12)
         said = self.browser.run("""
-            return import('/text_de.mjs').then(async ({ text }) => {
+            return import('/words.mjs').then(async ({ alertsOf }) => {
               const status = await fetch('/api/v1/status').then((answer) => answer.json());
               return arguments[0].flatMap((code) => ['running', 'stopping', 'paused'].flatMap((state) => [true, false].map((resumes) => {
                 const of = { ...status, state, resumes_by_itself: resumes, resumable: resumes ? 'acceptance' : null };
-                const { title, action, deadline } = text.alarm({ code, about: code.startsWith('unit_') ? 'SN0042' : 'acceptance', title: 'the title of the station',
-                  action: 'the action of the station', deadline: null }, of);
-                return [code, title, action, deadline];
+                const [{ title, action }] = alertsOf({ ...of, alarms: [{ code, about: code.startsWith('unit_') ? 'SN0042' : 'acceptance', title: 'the title of the station',
+                  action: 'the action of the station', deadline: { text: 'the deadline', utc_s: status.clock.utc_s } }] });
+                return [code, title, action];
               })));
             });""", codes)
         self.assertEqual({code for code, *_ in said}, set(codes))
@@ -243,17 +247,43 @@ class German(LanguageTest):
             for text in texts:
                 self.assertNotRegex(text, ENGLISH, code)
 
+    def test_what_to_do_at_a_silent_chamber_is_what_the_station_says(self):
+        self.open_german()
+        self.station.set("/chamber/connected", False)
+        says = {"goes on by itself": "läuft die Kampagne von selbst weiter", "something else, too": "wartet auch noch auf etwas anderes", "stays paused": "bleibt pausiert",
+                "within a minute": "binnen einer Minute", "by hand": "von Hand abschalten"}
+        told = set()
+        for state, causes in (("waiting", ["chamber"]), ("waiting", ["disk"]), ("waiting", ["chamber", "disk"]), ("paused", None), ("running", None), ("stopping", None)):
+            self.station.set("/suspension", causes and {"causes": causes, "for_s": 60.0, "gives_up_in_s": 86400.0})
+            self.station.set("/state", state)
+            silent = next(alarm for alarm in self.status()["alarms"] if alarm["code"] == "chamber_silent")
+            [english] = [phrase for phrase in says if phrase in silent["action"]]
+            told.add(english)
+            self.browser.wait("return [...document.querySelectorAll('#alerts li')].some((item) => item.innerText.includes('Temperaturkammer antwortet nicht') && "
+                              "item.innerText.includes(arguments[0]))", says[english])
+        self.assertEqual(told, set(says))
+
+    def test_how_a_unit_comes_to_rest_as_it_should(self):
+        set_step(self.station, PLAN, "record", run=1)
+        self.station.set("/fixture/description", "by hand")
+        self.station.set("/units/0/attitude", attitude("+Y", "-X", False))
+        self.open_german()
+        self.see("#alerts .alarm", "hat +Y oben statt −X")
+        self.see("#alerts .alarm", "Die Vorrichtung drehen: +Y liegt jetzt oben, eine Vierteldrehung auf −X drehen.")
+        self.station.set("/units/0/attitude", attitude("-X", "-X", False))
+        self.see("#alerts .alarm", "weicht um mehr als 5° von −X ab")
+
     def test_alarms_as_they_stand_on_the_page(self):
         self.open_german()
         self.station.set("/chamber/alarms", ["E-14"])
         self.see("#alerts .alarm", "meldet einen Alarm: E-14")
         self.assert_german("alarm of the chamber")
         self.station.set("/chamber/alarms", [])
-        self.station.set("/suspension", {"causes": ["supply"], "for_s": 60.0, "gives_up_in_s": 7200.0})
+        self.station.set("/suspension", {"causes": ["supply"], "for_s": 60.0, "gives_up_in_s": 86400.0})
         self.station.set("/state", "waiting")
         self.station.set("/reason", "the supply gives 3 V")
-        self.see("#alerts .warning", "Sonst endet sie um")
-        self.see("#state", "wartet auf die Versorgung")
+        self.see("#alerts .warning", "Sonst endet die Kampagne: morgen")
+        self.see("#state", "wartet auf die Versorgungsspannung")
         self.see("#reason", "the supply gives 3 V")  # its own words
         self.assert_german("suspended")
         self.assert_fits()
@@ -268,6 +298,8 @@ class German(LanguageTest):
         self.browser.click("#abort")
         self.see("#abort-dialog", "Was von Lauf 2 von 2 aufgezeichnet ist, wird ungültig")
         self.see("#abort-dialog", "Der Lauf davor bleibt.")
+        self.see("#abort-send", "Kampagne abbrechen")  # "Abbrechen" alone closes a dialog, in German
+        self.see("#abort-cancel", "Weiterlaufen lassen")
         self.assert_german("abort")
         self.browser.click("#abort-cancel")
 
