@@ -26,24 +26,39 @@ const colour = (name) => getComputedStyle(document.documentElement).getPropertyV
 
 const BAND_ALPHA = 0.3;
 
+/** The stretches of a line between its pauses: those are points that are not finite (series.mjs). A row of another line only has no value of this one. */
+function partsOf(points) {
+  const parts = [[]];
+  for (const point of points.filter(({ yval }) => yval !== null)) {
+    if (Number.isFinite(point.y_top) && Number.isFinite(point.y_bottom)) parts.at(-1).push(point);
+    else parts.push([]);
+  }
+  return parts;
+}
+
+/** `area`: of the lines, in which y_top and y_bottom are shares of the height. */
+function fillPart(context, area, points) {
+  let left = Math.round(points[0]?.canvasx ?? 0);
+  let [top, bottom] = [Infinity, -Infinity];
+  points.forEach(({ canvasx, y_top, y_bottom }, i) => {
+    [top, bottom] = [Math.min(top, y_top, y_bottom), Math.max(bottom, y_top, y_bottom)]; // its y_top is of the least value
+    const next = points[i + 1];
+    const right = next ? Math.round((canvasx + next.canvasx) / 2) : Math.max(Math.round(canvasx), left + 1);
+    if (right <= left) return; // the next one lies on the same pixel
+    context.fillRect(left, area.y + area.h * top, right - left, area.h * (bottom - top));
+    [left, top, bottom] = [right, Infinity, -Infinity];
+  });
+}
+
 /**
- * Plotter of dygraphs: the band of a line as a rectangle for each stretch, on whole pixels. The path of quadrilaterals that dygraphs itself
+ * Plotter of dygraphs: the band of a line as a rectangle for each of its points, on whole pixels. The path of quadrilaterals that dygraphs itself
  * fills takes a second on a machine without a graphics processor.
  */
 function plotBand({ drawingContext: context, color, points, plotArea }) {
-  const known = points.filter(({ y_top, y_bottom }) => Number.isFinite(y_top) && Number.isFinite(y_bottom));
   context.save();
   context.globalAlpha = BAND_ALPHA;
   context.fillStyle = color;
-  let left = Math.round(known[0]?.canvasx ?? 0);
-  let [top, bottom] = [Infinity, -Infinity];
-  known.forEach(({ canvasx, y_top, y_bottom }, i) => {
-    [top, bottom] = [Math.min(top, y_top, y_bottom), Math.max(bottom, y_top, y_bottom)]; // its y_top is of the least value
-    const right = Math.round((canvasx + (known[i + 1]?.canvasx ?? canvasx)) / 2);
-    if (right <= left) return; // the next stretch lies on the same pixel
-    context.fillRect(left, plotArea.y + plotArea.h * top, right - left, plotArea.h * (bottom - top));
-    [left, top, bottom] = [right, Infinity, -Infinity];
-  });
+  for (const part of partsOf(points)) fillPart(context, plotArea, part);
   context.restore();
 }
 
