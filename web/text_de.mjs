@@ -69,7 +69,7 @@ function alarmText(alarm, status, turn) {
 
 /** What is asked, by its code (docs/http-api.md, `prompt`). */
 const QUESTIONS = {
-  position: ({ position }) => `Die Vorrichtung so drehen, dass ${sign(position)} nach oben zeigt, dann bestätigen.`,
+  position: ({ position, wrong }) => `${wrong.length > 0 ? `Noch nicht richtig: Prüfling ${list(wrong)}. ` : ""}Die Vorrichtung so drehen, dass ihr ${sign(position)} nach oben zeigt, dann bestätigen.`,
   heading: ({ heading_deg }) => heading_deg === 0 ? "Die ganze Vorrichtung in ihre übliche Richtung zurückdrehen, dann bestätigen."
     : `Die ganze Vorrichtung aus ihrer üblichen Richtung um ${written(String(Math.abs(heading_deg)))}° ${heading_deg > 0 ? "im" : "gegen den"} Uhrzeigersinn drehen (von oben gesehen), dann bestätigen.`,
   dry_air: ({ temp_c }) => `Die Spülung mit trockener Luft einschalten, dann bestätigen: Der nächste Sollwert ist ${number(temp_c, 1)} °C.`,

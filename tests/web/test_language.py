@@ -7,6 +7,8 @@ import re
 import sys
 import unittest
 
+import jsonschema
+
 from browser import Browser
 from page_test import STORED, PageTest, Station, allan_noise, soak_history
 from test_accessibility import AXE, SERIOUS
@@ -205,19 +207,21 @@ class German(LanguageTest):
     def test_every_question_that_the_station_asks(self):
         self.open_german()
         self.station.set("/state", "waiting")
-        asked = {"position": ({"position": "-Z"}, "−Z nach oben"), "heading": ({"heading_deg": -22.5}, "22,5° gegen den Uhrzeigersinn"),
+        asked = {"position": ({"position": "-Z", "wrong": ["SN1", "SN2"]}, "Noch nicht richtig: Prüfling SN1 und SN2. Die Vorrichtung so drehen, dass ihr −Z nach oben zeigt"), "heading": ({"heading_deg": -22.5}, "22,5° gegen den Uhrzeigersinn"),
                  "dry_air": ({"temp_c": -20.0}, "−20,0 °C"), "power": ({"off_s": 10.0, "slots": ["A", "C"]}, "Steckplätzen A und C mindestens 10 s"),
                  "units": ({"slots": ["B"], "expected": ["SN2"], "found": ["SN9"]}, "In Steckplatz B steckt Prüfling SN9, erwartet ist SN2.")}
         self.assertEqual(set(asked), set(STATUS_SCHEMA["properties"]["prompt"]["properties"]["code"]["enum"]))
         for number, (code, (about, text)) in enumerate(asked.items(), 1):
-            self.station.set("/prompt", {"id": number, "text": "The station's own words for it.", "code": code, "about": about})
+            prompt = {"id": number, "text": "The station's own words for it.", "code": code, "about": about}
+            jsonschema.Draft202012Validator(STATUS_SCHEMA["properties"]["prompt"]).validate(prompt)
+            self.station.set("/prompt", prompt)
             self.see("#prompt-text", text)
             self.assert_german(code)
 
     def test_a_question_to_turn_with_its_faces(self):
         set_step(self.station, PLAN, "move", run=1, visit=1, position="+X")
         self.open_german()
-        self.station.set("/prompt", {"id": 7, "text": "Turn the fixture.", "code": "position", "about": {"position": "+X"}})
+        self.station.set("/prompt", {"id": 7, "text": "Turn the fixture.", "code": "position", "about": {"position": "+X", "wrong": []}})
         self.station.set("/state", "waiting")
         for face, text in ((attitude("+Y", "+X", False), "Vierteldrehung auf +X"), (attitude("-X", "+X", False), "halbe Drehung auf +X"),
                            (attitude("+X", "+X", False), "5° von +X"), (attitude("+X", "+X", True), "+X liegt oben ✓")):
@@ -352,7 +356,7 @@ def take_pictures(folder):
         browser.go(station.url)
         browser.wait("return document.querySelector('#chart path.unit-1')?.getAttribute('d')")
         browser.screenshot(pathlib.Path(folder) / f"de-{width}.png")
-        station.set("/prompt", {"id": 7, "text": "Turn", "code": "position", "about": {"position": "+X"}})
+        station.set("/prompt", {"id": 7, "text": "Turn", "code": "position", "about": {"position": "+X", "wrong": []}})
         station.set("/units/0/attitude", attitude("+Y", "+X", False))
         station.set("/state", "waiting")
         station.set("/chamber/alarms", ["E-14"])
