@@ -33,6 +33,7 @@ export class UnitView {
       $("unit-badges").replaceChildren();
       this.#older = null;
       $("unit-older").value = "";
+      show($("unit-older-failure"), false);
     }
     this.#asked = serial;
     say($("unit-title"), serial);
@@ -83,13 +84,14 @@ export class UnitView {
 
   async #compare() {
     const [asked, version] = [this.#asked, $("unit-older").value];
+    const isLate = () => asked !== this.#asked || version !== $("unit-older").value; // another one was chosen meanwhile
     show($("unit-older-failure"), false);
     try {
       const model = version ? (await get(`model?${new URLSearchParams({ unit: asked, version })}`)).model : null;
-      if (asked !== this.#asked || version !== $("unit-older").value) return; // another one was chosen meanwhile
+      if (isLate()) return;
       this.#older = model;
     } catch (error) {
-      if (asked !== this.#asked) return;
+      if (isLate()) return;
       this.#older = null;
       say($("unit-older-failure"), error.message);
       show($("unit-older-failure"), true);

@@ -128,6 +128,20 @@ base::Status add_model(const db::Catalog& catalog, const db::ModelRow& model, js
   return {};
 }
 
+base::Result<db::UnitRow> known_unit(const db::Catalog& catalog, const std::string& serial) {
+  auto unit = catalog.unit(serial);
+  if (!unit) return base::forward_error(unit);
+  if (!*unit) return base::bad_input("there is no such unit; /api/v1/units lists those that there are", "unit");
+  return **std::move(unit);
+}
+
+/// Which versions there are instead: they count from 1.
+base::Result<std::string> newest_text(const db::Catalog& catalog, const std::string& serial) {
+  const auto newest = catalog.model(serial);
+  if (!newest) return base::forward_error(newest);
+  return *newest ? fmt::format("its newest is {}", (*newest)->version) : std::string("it has none yet");
+}
+
 }  // namespace
 
 base::Result<json> units_overview(const db::Catalog& catalog) {
@@ -158,16 +172,15 @@ base::Result<json> units_overview(const db::Catalog& catalog) {
 }
 
 base::Result<json> unit_overview(const db::Catalog& catalog, const std::string& serial) {
-  const auto unit = catalog.unit(serial);
+  const auto unit = known_unit(catalog, serial);
   if (!unit) return base::forward_error(unit);
-  if (!*unit) return base::bad_input("there is no such unit; /api/v1/units lists those that there are", "unit");
   const auto runs = catalog.runs({.unit = serial, .campaign = {}, .run = {}});
   if (!runs) return base::forward_error(runs);
   const auto model = catalog.model(serial);
   if (!model) return base::forward_error(model);
-  json overview = {{"unit", serial},   {"type", (*unit)->type},     {"epoch", (*unit)->epoch},
+  json overview = {{"unit", serial},   {"type", unit->type},        {"epoch", unit->epoch},
                    {"model", nullptr}, {"warnings", json::array()}, {"verify_with", json::array()}};
-  overview.update(run_counts(*runs, **unit));
+  overview.update(run_counts(*runs, *unit));
   if (*model) {
     if (auto added = add_model(catalog, **model, overview); !added) return base::forward_error(added);
   }
@@ -175,9 +188,15 @@ base::Result<json> unit_overview(const db::Catalog& catalog, const std::string& 
 }
 
 base::Result<json> model_overview(const db::Catalog& catalog, const std::string& serial, std::int32_t version) {
+  const auto unit = known_unit(catalog, serial);
+  if (!unit) return base::forward_error(unit);
   const auto model = catalog.model(serial, version);
   if (!model) return base::forward_error(model);
-  if (!*model) return base::bad_input(fmt::format("unit {} has no model {}", serial, version), "version");
+  if (!*model) {
+    const auto newest = newest_text(catalog, serial);
+    if (!newest) return base::forward_error(newest);
+    return base::bad_input(fmt::format("unit {} has no model {}: {}", serial, version, *newest), "version");
+  }
   const auto calibration = calib::calibration_of((*model)->document);
   if (!calibration) return base::forward_error(calibration);
   auto part = model_part(catalog, **model, calibration->simulated, fit_of(**model));

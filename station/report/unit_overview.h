@@ -21,8 +21,8 @@ namespace soak::station {
 [[nodiscard]] base::Result<nlohmann::json> unit_overview(const db::Catalog& catalog, const std::string& serial);
 
 /// One version of a unit's model as unit_overview() has the newest, without warnings: {unit, model}
-/// (docs/schema/http-model.schema.json). Refuses (bad_input, where == "version") one that there is not; (corrupt) a
-/// damaged one.
+/// (docs/schema/http-model.schema.json). Refuses (bad_input, where == "unit") an unknown unit; (bad_input,
+/// where == "version") a version that there is not; (corrupt) a damaged model.
 [[nodiscard]] base::Result<nlohmann::json> model_overview(const db::Catalog& catalog, const std::string& serial,
                                                           std::int32_t version);
 

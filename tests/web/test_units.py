@@ -438,11 +438,38 @@ class Page(WithStation):
                 self.assertAlmostEqual(way[axis], ways[0][low][axis] + scale * (point[key] - drawn[0][low][key]), delta=0.5)  # rounded to 0.1 of a pixel
         self.assertEqual(self.browser.console(), [])
 
+    def test_a_version_that_cannot_be_had_is_told_of_that_choice_alone(self):
+        while (self.soakd.get("unit", unit=OTHER)["model"] or {"version": 0})["version"] < 2:
+            self.soakd.soak("fit", "--unit", OTHER)
+        self.open_unit(OTHER)
+        self.browser.wait("return document.querySelectorAll('#unit-older option').length > 1")
+        self.browser.run("""const real = window.fetch;
+            window.fetch = (...asked) => (String(asked[0]).includes('model?') ? new Promise((done, fail) => (window.lose = () => fail(new TypeError('lost')))) : real(...asked));""")
+        choose = "const choice = document.querySelector('#unit-older'); choice.value = arguments[0]; choice.dispatchEvent(new Event('change'));"
+        failed = "return !document.querySelector('#unit-older-failure').hidden"
+        self.browser.run(choose, "1")
+        self.browser.run("window.lose()")
+        self.browser.wait(failed)
+        self.browser.run(f"location.hash = 'unit={SERIAL}'")
+        self.see("#unit-title", SERIAL)
+        self.assertFalse(self.browser.run(failed), "of another unit")
+        self.browser.run(f"location.hash = 'unit={OTHER}'")
+        self.browser.wait("return document.querySelectorAll('#unit-older option').length > 1 && document.querySelector('#unit-curves').hidden === false")
+        self.browser.run(choose, "1")
+        self.browser.run(choose, "")
+        self.browser.run("window.lose(); return new Promise((done) => setTimeout(done, 100));")
+        self.assertFalse(self.browser.run(failed), "of a choice that was taken back")
+
     def test_a_version_that_there_is_not_is_refused(self):
-        for version in ("0", "99", "x"):
+        newest = self.soakd.get("unit", unit=OTHER)["model"]
+        instead = f"its newest is {newest['version']}" if newest else "it has none yet"
+        for serial, version, where, says in ((OTHER, "0", "version", "from 1 on"), (OTHER, "99", "version", instead), (OTHER, "x", "version", "from 1 on"),
+                                             ("nobody", "1", "unit", "/api/v1/units")):
             with self.assertRaises(urllib.error.HTTPError) as refused:
-                self.soakd.get("model", unit=SERIAL, version=version)
-            self.assertEqual((refused.exception.code, json.load(refused.exception)["error"]["where"]), (400, "version"))
+                self.soakd.get("model", unit=serial, version=version)
+            error = json.load(refused.exception)["error"]
+            self.assertEqual((refused.exception.code, error["where"]), (400, where))
+            self.assertIn(says, error["message"])
 
     def test_names_are_text(self):
         for name in HOSTILE:
