@@ -7,7 +7,7 @@ import { get, send, subscribe } from "./api.mjs";
 import { confirmsItself, openAbortDialog, renderCampaign, renderDoor, renderHead, renderPrompt } from "./campaign_cards.mjs";
 import { Chart } from "./chart.mjs";
 import { renderChamber, renderUnits } from "./device_cards.mjs";
-import { $, element, say, show } from "./dom.mjs";
+import { $, element, english, say, show } from "./dom.mjs";
 import { clock, timeText } from "./format.mjs";
 import { NoiseCard } from "./noise_card.mjs";
 import { RunView } from "./run_view.mjs";
@@ -157,7 +157,7 @@ async function command(name, body, mayBeLate = false) {
     await send(name, { user: userName(), ...body });
   } catch (error) {
     if (mayBeLate && error.status === NOT_IN_THIS_STATE) return;
-    say($("failure"), T.campaign.refused(name, error.message));
+    $("failure").replaceChildren(`${T.campaign.command(name)}: `, english(error.message));
     show($("failure"), true);
   }
 }

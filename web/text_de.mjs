@@ -157,7 +157,7 @@ export const text = {
     takeOut: "Entfernen",
     takeOutLabel: (name) => `${name} aus der Warteschlange nehmen`,
     queued: (name, procedure, time, user) => `${name}: ${procedure}, etwa ${time}, eingereiht von ${user}`,
-    refused: (command, why) => `${{ pause: "Pausieren", resume: "Fortsetzen", next: "Nächste beginnen", abort: "Kampagne abbrechen", confirm: "Bestätigen", unqueue: "Entfernen" }[command] ?? command}: ${why}`,
+    command: (name) => ({ pause: "Pausieren", resume: "Fortsetzen", next: "Nächste beginnen", abort: "Kampagne abbrechen", confirm: "Bestätigen", unqueue: "Entfernen" }[name] ?? name),
   },
   steps: {
     up: (face) => `, ${face} oben`,

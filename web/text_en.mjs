@@ -84,8 +84,8 @@ export const text = {
     takeOut: "Take out",
     takeOutLabel: (name) => `Take ${name} out of the queue`,
     queued: (name, procedure, time, user) => `${name}: ${procedure}, about ${time}, queued by ${user}`,
-    /** A command by its name in the interface that the station refuses. */
-    refused: (command, why) => `${command}: ${why}`,
+    /** A command by its name in the interface. */
+    command: (name) => name,
   },
   steps: {
     up: (face) => `, ${face} up`,

@@ -307,6 +307,14 @@ class German(LanguageTest):
         self.assert_german("abort")
         self.browser.click("#abort-cancel")
 
+    def test_a_refusal_in_the_station_s_own_words_is_marked_as_english(self):
+        self.open_german()
+        self.station.tell("fail 2 state")
+        self.browser.click("#pause")
+        self.see("#failure", "Pausieren: scripted failure")
+        self.assertEqual(self.browser.text("#failure [lang=en]"), "scripted failure")
+        self.assert_german("refusal")
+
     def test_a_station_at_rest_with_a_new_campaign(self):
         self.station.set("/state", "idle")
         self.station.set("/campaign", None)
