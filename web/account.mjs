@@ -3,12 +3,7 @@
 
 import { get, post } from "./api.mjs";
 import { $, say, show } from "./dom.mjs";
-
-const MAY = {
-  viewer: "This account sees everything and changes nothing",
-  operator: "This account runs campaigns and judges units; exports, keys, certificates and withdrawals need the role engineer",
-  engineer: "This account may do everything",
-};
+import { T } from "./text.mjs";
 
 /** Whether whoever is here may answer the station; known once it has said who that is. */
 export const mayOperate = () => document.body.dataset.role !== "viewer";
@@ -23,8 +18,8 @@ export async function showAccount() {
   document.body.dataset.role = role;
   $("user").value = name;
   $("user").readOnly = true;
-  say($("role"), role);
-  $("role").title = MAY[role] ?? "";
+  say($("role"), T.roleNames[role] ?? role);
+  $("role").title = T.roles[role] ?? "";
   show($("role"), true);
   show($("log-out"), true);
   $("log-out").addEventListener("click", async () => {

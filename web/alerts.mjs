@@ -2,6 +2,7 @@
 // The banner of what needs somebody at once, with a sound where the user wants one.
 
 import { $, element, say, show } from "./dom.mjs";
+import { T } from "./text.mjs";
 import { alertsOf } from "./words.mjs";
 
 const KEY = "soak-alarm-sound";
@@ -48,7 +49,7 @@ function beep() {
 
 function renderToggle() {
   $("sound").setAttribute("aria-pressed", isWanted());
-  say($("sound"), !isWanted() ? "Alarm sound off" : isAllowed() ? "Alarm sound on" : "Alarm sound: click to allow");
+  say($("sound"), !isWanted() ? T.head.soundOff : isAllowed() ? T.head.soundOn : T.head.soundAsks);
 }
 
 export function connectAlerts() {
@@ -68,7 +69,7 @@ function alertNode({ level, title, detail, action }) {
   const node = element("li", "");
   node.className = level;
   node.append(element("strong", title));
-  if (detail) node.append(element("p", detail));
+  if (detail) node.append(Object.assign(element("p", detail), { lang: "en" }));
   node.append(Object.assign(element("p", action), { className: "action" }));
   return node;
 }

@@ -4,6 +4,7 @@
 import { grid, LogAxis, svg } from "./axes.mjs";
 import { significant } from "./format.mjs";
 import { Plot } from "./plot.mjs";
+import { T } from "./text.mjs";
 
 const MARGIN = { top: 24, right: 14, bottom: 44, left: 52 };
 const AXES = ["x", "y", "z"];
@@ -12,8 +13,8 @@ const RESTING_S = 1;
 
 /** What is shown of each kind of sensor: the document's numbers are too small to read. */
 export const KINDS = {
-  gyro: { name: "gyros", unit: "m°/s", factor: 1000 },
-  accel: { name: "accelerometers", unit: "mm/s²", factor: 1000 },
+  gyro: { unit: "m°/s", factor: 1000 },
+  accel: { unit: "mm/s²", factor: 1000 },
 };
 
 export class AllanChart extends Plot {
@@ -46,7 +47,7 @@ export class AllanChart extends Plot {
   }
 
   get title() {
-    return `Allan deviation of the ${KINDS[this.#kind].name} over averaging time`;
+    return T.noise.label[this.#kind];
   }
 
   get abscissae() {
@@ -68,7 +69,7 @@ export class AllanChart extends Plot {
   }
 
   where(index) {
-    return `at ${significant(this.#tau_s[index], 3)} s`;
+    return T.noise.at(significant(this.#tau_s[index], 3));
   }
 
   get axes() {
@@ -78,9 +79,9 @@ export class AllanChart extends Plot {
   grid(box) {
     if (this.empty) return [];
     const { x, y } = this.axes;
-    const name = `Allan deviation, ${KINDS[this.#kind].unit}`;
+    const name = T.noise.ordinate(KINDS[this.#kind].unit);
     const guides = this.#guides(x.scale(box.left, box.right), y.scale(box.bottom, box.top));
-    return [...guides, ...grid(box, x, y, "averaging time τ, s", name)];
+    return [...guides, ...grid(box, x, y, T.noise.abscissa, name)];
   }
 
   /** σ = c / √τ for each power of ten c, as far as the chart reaches. */

@@ -7,13 +7,14 @@ import { get, send, subscribe } from "./api.mjs";
 import { confirmsItself, openAbortDialog, renderCampaign, renderDoor, renderHead, renderPrompt } from "./campaign_cards.mjs";
 import { Chart } from "./chart.mjs";
 import { renderChamber, renderUnits } from "./device_cards.mjs";
-import { $, element, say, show } from "./dom.mjs";
-import { clock } from "./format.mjs";
+import { $, element, english, say, show } from "./dom.mjs";
+import { clock, timeText } from "./format.mjs";
 import { NoiseCard } from "./noise_card.mjs";
 import { RunView } from "./run_view.mjs";
 import { RunsView } from "./runs_view.mjs";
 import { StartForm } from "./start_form.mjs";
 import { StoredCard } from "./stored_card.mjs";
+import { connectLanguage, T } from "./text.mjs";
 import { UnitView } from "./unit_view.mjs";
 import { UnitsView } from "./units_view.mjs";
 import { connectViews } from "./views.mjs";
@@ -21,6 +22,7 @@ import { connectViews } from "./views.mjs";
 const LOG_LINES = 100;
 const NOT_IN_THIS_STATE = 409; // docs/http-api.md
 
+connectLanguage($("language"));
 const chart = new Chart($("chart"), $("legend"));
 const noiseCard = new NoiseCard();
 const startForm = new StartForm(userName);
@@ -52,12 +54,12 @@ function take({ kind, data }) {
 }
 
 function lose() {
-  say($("lost-since"), heardAt ? heardAt.toLocaleTimeString("en-GB") : "nowhere yet");
+  say($("lost-since"), heardAt ? timeText(heardAt) : T.lost.nowhere);
   show($("lost"), true);
   for (const id of ["pause", "resume", "next", "abort", "confirm"]) $(id).disabled = true;
   $("door").dataset.lamp = "unknown";
-  say($("door-title"), "Not known whether the door may be opened");
-  if (!status) say($("campaign-name"), "No station");
+  say($("door-title"), T.door.unknown);
+  if (!status) say($("campaign-name"), T.head.noStation);
 }
 
 function takeStatus(document) {
@@ -155,7 +157,7 @@ async function command(name, body, mayBeLate = false) {
     await send(name, { user: userName(), ...body });
   } catch (error) {
     if (mayBeLate && error.status === NOT_IN_THIS_STATE) return;
-    say($("failure"), `${name}: ${error.message}`);
+    $("failure").replaceChildren(`${T.campaign.command(name)}: `, english(error.message));
     show($("failure"), true);
   }
 }

@@ -2,7 +2,7 @@
 // What every drawing shares: axes with their round numbers, from what is drawn to pixels. SVG, so that colours come
 // from the style sheet and the text is text.
 
-import { number } from "./format.mjs";
+import { number, written } from "./format.mjs";
 
 const SVG = "http://www.w3.org/2000/svg";
 const FEW_DECADES = 1.7; // with no more of them 2 and 5 are marked too
@@ -63,7 +63,7 @@ export class LogAxis extends Axis {
     for (let k = Math.floor(Math.log10(this.low)); k <= Math.log10(this.high); ++k) {
       found.push(...mantissas.map((m) => Number(`${m}e${k}`)).filter((v) => v >= this.low && v <= this.high));
     }
-    const text = (value) => (value >= 1e-4 && value < 1e5 ? String(value) : value.toExponential().replace("-", "−"));
+    const text = (value) => (value >= 1e-4 && value < 1e5 ? written(String(value)) : written(value.toExponential()));
     return found.map((value) => ({ value, text: text(value) }));
   }
 }

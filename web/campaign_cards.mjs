@@ -2,8 +2,9 @@
 // What the campaign does, what it asks, and whether the door may be opened.
 
 import { $, element, say, show } from "./dom.mjs";
-import { duration, number } from "./format.mjs";
+import { duration, number, written } from "./format.mjs";
 import { drawPose } from "./pose.mjs";
+import { T } from "./text.mjs";
 import { abortText, allRestAsAsked, doorOf, faceOf, finishOf, isActive, nextBeginsByItself, positionOf, queueText, runOf, sign, stateText, stepText, turnText, waitsForChamber } from "./words.mjs";
 
 const CAN_PAUSE = ["preflight", "running", "waiting"];
@@ -15,13 +16,13 @@ export const nameOf = ({ campaign, resumable }) => campaign?.name ?? resumable ?
 /** @param {import("./documents.mjs").Status} status */
 export function renderHead(status) {
   const { state, campaign, prompt } = status;
-  say($("campaign-name"), nameOf(status) ?? (isActive(status) ? "Campaign" : "No campaign"));
+  say($("campaign-name"), nameOf(status) ?? (isActive(status) ? T.head.campaign : T.head.noCampaign));
   say($("state"), stateText(status));
   $("state").dataset.state = state;
   show($("simulated"), status.simulated);
   say($("version"), `Soak ${status.version}`);
   const share = campaign ? `${Math.floor(100 * campaign.progress)} % · ${campaign.name} · ` : "";
-  document.title = `${prompt ? "● Waiting for you · " : ""}${share}Soak`;
+  document.title = `${prompt ? `● ${T.head.waitsForYou} · ` : ""}${share}Soak`;
 }
 
 /**
@@ -50,7 +51,7 @@ export function renderCampaign(status, plan) {
   $("abort").disabled = !(CAN_ABORT.includes(state) || (state === "interrupted" && resumable) || status.resumes_by_itself || nextBeginsByItself(status));
   show($("next"), status.queue.waits_for === "somebody" && !isActive(status));
   $("next").disabled = false;
-  say($("next"), resumable ? `Give up ${resumable}, begin next` : "Begin next");
+  say($("next"), resumable ? T.campaign.giveUp(resumable) : T.campaign.next);
   $("resume").classList.toggle("primary", !$("resume").disabled);
   if (campaign) renderFacts(campaign, plan, time, finishOf(status));
 }
@@ -65,11 +66,11 @@ function renderQueue(campaigns) {
   shownQueue = asked;
   $("queue-list").replaceChildren(...campaigns.map(({ name, procedure, user, estimate_s }) => {
     const entry = element("li", "");
-    const out = Object.assign(element("button", "Take out"), { type: "button", className: "small" });
+    const out = Object.assign(element("button", T.campaign.takeOut), { type: "button", className: "small" });
     out.dataset.needs = "operator";
     out.dataset.campaign = name;
-    out.setAttribute("aria-label", `Take ${name} out of the queue`);
-    entry.append(element("span", `${name}: ${procedure}, about ${duration(estimate_s)}, queued by ${user}`), out);
+    out.setAttribute("aria-label", T.campaign.takeOutLabel(name));
+    entry.append(element("span", T.campaign.queued(name, procedure, duration(estimate_s), user)), out);
     return entry;
   }));
 }
@@ -81,14 +82,14 @@ function renderFacts(campaign, plan, time, finish) {
   say($("finish-label"), finish?.label ?? "");
   say($("finish"), finish?.time ?? "");
   say($("percent"), `${number(100 * campaign.progress, 1)} %`);
-  say($("run"), run ? `${run.number} of ${run.of}` : "pre-flight");
-  say($("step"), `${campaign.step + 1} of ${campaign.steps}`);
+  say($("run"), run ? T.campaign.of(run.number, run.of) : T.campaign.preflight);
+  say($("step"), T.campaign.of(campaign.step + 1, campaign.steps));
   say($("remaining"), duration(campaign.remaining_s));
   show($("host-time"), time.rate !== 1);
-  say($("process-label"), time.rate === 1 ? "Still to go" : "Process time to go");
-  say($("host-label"), `Host time to go (rate ${time.rate})`);
+  say($("process-label"), time.rate === 1 ? T.campaign.left : T.campaign.leftProcess);
+  say($("host-label"), T.campaign.leftHost(written(String(time.rate))));
   say($("remaining-host"), duration(campaign.remaining_s / time.rate));
-  say($("procedure"), `${campaign.procedure} (${campaign.purpose})`);
+  say($("procedure"), `${campaign.procedure} (${T.purposes[campaign.purpose]})`);
 }
 
 /**
@@ -108,7 +109,7 @@ export function renderDoor(status, plan) {
  */
 export function renderPrompt(status, plan) {
   const { prompt, campaign } = status;
-  if (prompt) say($("prompt-text"), prompt.text);
+  if (prompt) say($("prompt-text"), T.prompt.asks(prompt));
   show($("prompt-inner"), prompt !== null);
   $("confirm").disabled = prompt === null;
   const turning = prompt !== null && campaign?.step_kind === "move";
@@ -133,7 +134,7 @@ function poseOf({ campaign, units }, plan) {
 function renderFaces(units) {
   const lines = units.map((unit) => {
     const face = faceOf(unit);
-    const line = element("li", `${unit.serial}, slot ${unit.slot}: ${face.up === face.expected && !face.wrong ? `${face.up} is up${face.right ? " ✓" : "…"}` : turnText(face)}`);
+    const line = element("li", T.prompt.unit(unit.serial, unit.slot, face.up === face.expected && !face.wrong ? `${T.prompt.isUp(face.up)}${face.right ? " ✓" : "…"}` : turnText(face)));
     line.className = face.right ? "yes" : "";
     return line;
   });

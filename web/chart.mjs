@@ -2,8 +2,9 @@
 // Lines of temperature over process time: chamber air, set point and one line a unit.
 
 import { Axis, multiples, niceStep, svg } from "./axes.mjs";
-import { clock, duration, number } from "./format.mjs";
+import { clock, dateText, duration, number, timeText } from "./format.mjs";
 import { Plot } from "./plot.mjs";
+import { T } from "./text.mjs";
 
 const MARGIN = { top: 24, right: 14, bottom: 26, left: 46 };
 const MAX_POINTS = 8000;
@@ -26,9 +27,9 @@ function timeLabel(t_s, step_s) {
 function clockLabel(utc_s, step_s) {
   const date = new Date(utc_s * 1000);
   if (step_s >= 60 && date.getHours() === 0 && date.getMinutes() === 0) {
-    return date.toLocaleDateString("en-GB", { day: "numeric", month: "short" });
+    return dateText(date, { day: "numeric", month: "short" });
   }
-  return date.toLocaleTimeString("en-GB", { hour: "2-digit", minute: "2-digit", ...(step_s < 60 && { second: "2-digit" }) });
+  return timeText(date, { hour: "2-digit", minute: "2-digit", ...(step_s < 60 && { second: "2-digit" }) });
 }
 
 /** Seconds that local time is ahead of UTC then. */
@@ -77,7 +78,7 @@ export class Chart extends Plot {
   }
 
   get title() {
-    return "Temperatures over time";
+    return T.chart.label;
   }
 
   get abscissae() {
@@ -98,7 +99,7 @@ export class Chart extends Plot {
 
   where(index) {
     if (this.cursor === null) return "";
-    return this.#rate === 1 ? `at ${clock(this.#utcAtZero_s + this.#t_s[index])}` : `after ${duration(this.#t_s[index] - this.#t_s[0])}`;
+    return this.#rate === 1 ? T.chart.at(clock(this.#utcAtZero_s + this.#t_s[index])) : T.chart.after(duration(this.#t_s[index] - this.#t_s[0]));
   }
 
   get axes() {
@@ -174,8 +175,8 @@ export class Chart extends Plot {
     this.#t_s = [];
     this.moveCursor(null);
     this.#series = new Map([
-      ["chamber", { name: "chamber", style: "chamber", values: [] }],
-      ["set", { name: "set point", style: "set", values: [], steps: true }],
+      ["chamber", { name: T.chart.chamber, style: "chamber", values: [] }],
+      ["set", { name: T.chart.setPoint, style: "set", values: [], steps: true }],
     ]);
   }
 

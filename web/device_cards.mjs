@@ -4,6 +4,7 @@
 import { KINDS } from "./allan_chart.mjs";
 import { $, element, say } from "./dom.mjs";
 import { count, number, significant } from "./format.mjs";
+import { T } from "./text.mjs";
 import { faceOf, fixtureText, linkOf, positionText, stableText, unitStateText } from "./words.mjs";
 
 const unitCards = new Map(); // serial → card
@@ -13,7 +14,7 @@ export function renderChamber(status) {
   const { chamber } = status;
   say($("air"), number(chamber.air_c, 2));
   say($("set-point"), `${number(chamber.set_point_c, 1)} °C`);
-  say($("output"), `${number(chamber.output_percent, 0)} %${chamber.running === false ? ", stopped" : ""}`);
+  say($("output"), `${number(chamber.output_percent, 0)} %${chamber.running === false ? T.chamber.stopped : ""}`);
   say($("fixture"), fixtureText(status));
   const link = linkOf(status);
   say($("chamber-link"), link.text);
@@ -40,7 +41,7 @@ export function renderUnits(units) {
 
 function newUnitCard(serial) {
   const card = $("unit-template").content.firstElementChild.cloneNode(true);
-  card.setAttribute("aria-label", `Unit ${serial}`);
+  card.setAttribute("aria-label", T.unit.label(serial));
   unitCards.set(serial, card);
   $("units").append(card);
   return card;
@@ -49,7 +50,7 @@ function newUnitCard(serial) {
 function renderUnit(card, unit) {
   const part = (name) => card.querySelector(`.${name}`);
   say(part("serial"), unit.serial);
-  say(part("slot"), `slot ${unit.slot}`);
+  say(part("slot"), T.unit.slot(unit.slot));
   say(part("unit-state"), unitStateText(unit));
   part("unit-state").dataset.state = unit.dropped || unit.state === "failed" ? "failed" : "";
   say(part("temp"), number(unit.temp_c, 2));
@@ -68,7 +69,7 @@ function renderUnit(card, unit) {
   const noiseOf = (kind) => (value) => significant(value === undefined ? null : value * KINDS[kind].factor, 3);
   fillAxes(part("gyro-noise"), unit.noise.gyro_dps, noiseOf("gyro"));
   fillAxes(part("accel-noise"), unit.noise.accel_mps2, noiseOf("accel"));
-  say(part("about"), unit.type + (unit.simulated ? " · simulated" : ""));
+  say(part("about"), unit.type + (unit.simulated ? ` · ${T.unit.simulated}` : ""));
 }
 
 function fillAxes(row, values, text) {

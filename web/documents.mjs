@@ -72,7 +72,7 @@
  * @property {{outcome: "aborted" | "failed" | "interrupted", needs_somebody: boolean} | null} ending
  * @property {{queued: number, discarded: number, trouble: string | null}} journal
  * @property {{folder: string, trouble: string | null}} data
- * @property {{id: number, text: string} | null} prompt
+ * @property {{id: number, text: string, code: string, about: Record<string, any>} | null} prompt
  * @property {{description: string, connected: boolean, air_c: number | null, set_point_c: number | null, output_percent: number | null,
  *   air_rh_percent: number | null, running: boolean | null, alarms: string[], age_s: number | null}} chamber
  * @property {{description: string, connected: boolean, position: string | null, moving: boolean | null}} fixture
@@ -293,6 +293,7 @@
  * @property {RunDetail} run
  * @property {{units: UnitLine[]}} units
  * @property {Unit} unit
+ * @property {{unit: string, model: Model}} model
  * @property {{jobs: Job[], not_listed: number}} jobs
  * @property {Job} job
  * @property {Fleet} fleet

@@ -21,3 +21,8 @@ export function element(name, text) {
   node.textContent = text;
   return node;
 }
+
+/** What the station itself says, which is English whatever the page speaks: for screen readers. */
+export function english(text) {
+  return Object.assign(element("span", text), { lang: "en" });
+}

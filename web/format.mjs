@@ -3,11 +3,28 @@
 
 export const UNKNOWN = "–";
 
+/** How each language writes dates; with English they are as Europe writes them. */
+const LOCALES = { en: "en-GB", de: "de-DE" };
+let language = "en";
+let separator = "."; // of decimals
+
+/** From now on dates and numbers are written as in that language: a key of LOCALES. */
+export function speak(tag) {
+  language = tag;
+  separator = new Intl.NumberFormat(LOCALES[tag]).formatToParts(0.5).find(({ type }) => type === "decimal").value;
+}
+
+/** The form that goes with a count: `forms` by the categories of Intl.PluralRules. */
+export const plural = (count, forms) => forms[new Intl.PluralRules(LOCALES[language]).select(count)] ?? forms.other;
+
+/** Digits as JavaScript writes them, with the decimal separator and minus sign of people. */
+export const written = (digits) => digits.replace(".", separator).replace("-", "−");
+
 /** A number with so many decimals and a true minus sign. */
 export function number(value, decimals) {
   if (value === null || value === undefined) return UNKNOWN;
   const text = value.toFixed(decimals);
-  return (Number(text) === 0 ? text.replace("-", "") : text).replace("-", "−");
+  return written(Number(text) === 0 ? text.replace("-", "") : text);
 }
 
 /** A number with so many significant digits, never in powers of ten. */
@@ -34,15 +51,21 @@ export function shortDuration(seconds) {
   return minutes % 60 ? `${Math.floor(minutes / 60)} h ${minutes % 60} min` : `${minutes / 60} h`;
 }
 
+/** A time of day as the language writes it; `parts` as for Intl.DateTimeFormat. */
+export const timeText = (date, parts = {}) => date.toLocaleTimeString(LOCALES[language], parts);
+
+/** A date as the language writes it. */
+export const dateText = (date, parts) => date.toLocaleDateString(LOCALES[language], parts);
+
 /** "14:05", "tomorrow 04:12", "Thu 26 Nov, 04:12", in another year "Thu 26 Nov 2026, 04:12" (local time) of a time in seconds since 1970. */
 export function timeOfDay(utc_s, now_s) {
   const [date, today] = [new Date(utc_s * 1000), new Date(now_s * 1000)];
-  const time = date.toLocaleTimeString("en-GB", { hour: "2-digit", minute: "2-digit" });
+  const time = timeText(date, { hour: "2-digit", minute: "2-digit" });
   const days = Math.round((new Date(date).setHours(0, 0, 0, 0) - today.setHours(0, 0, 0, 0)) / 86400000);
   if (days === 0) return time;
-  if (days === 1) return `tomorrow ${time}`;
+  if (days === 1) return `${new Intl.RelativeTimeFormat(LOCALES[language], { numeric: "auto" }).format(1, "day")} ${time}`;
   const year = date.getFullYear() === today.getFullYear() ? undefined : "numeric";
-  return `${date.toLocaleDateString("en-GB", { weekday: "short", day: "numeric", month: "short", year })}, ${time}`;
+  return `${dateText(date, { weekday: "short", day: "numeric", month: "short", year })}, ${time}`;
 }
 
 /** A count with thin spaces between thousands. */
@@ -53,6 +76,8 @@ export function count(value) {
 /** Local time of day, with the date unless it is today. */
 export function clock(utc_s) {
   const date = new Date(utc_s * 1000);
-  const time = date.toLocaleTimeString("en-GB");
-  return date.toDateString() === new Date().toDateString() ? time : `${date.toLocaleDateString("en-CA")} ${time}`;
+  const time = timeText(date);
+  if (date.toDateString() === new Date().toDateString()) return time;
+  const day = language === "en" ? date.toLocaleDateString("en-CA") : dateText(date, { day: "2-digit", month: "2-digit", year: "numeric" });
+  return `${day} ${time}`;
 }

@@ -2,7 +2,12 @@
 // The page at which one logs in. Where the station had been looked at before stands behind # in the address.
 
 import { post } from "./api.mjs";
-import { $, say, show } from "./dom.mjs";
+import { $, english, show } from "./dom.mjs";
+import { connectLanguage, T } from "./text.mjs";
+
+connectLanguage($("language"));
+document.title = T.login.page;
+$("name").focus();
 
 $("log-in").addEventListener("submit", async (event) => {
   event.preventDefault();
@@ -12,7 +17,7 @@ $("log-in").addEventListener("submit", async (event) => {
     await post("login", { name: $("name").value.trim(), password: $("password").value });
     location.replace(`/${location.hash}`);
   } catch (error) {
-    say($("failure"), error.message);
+    $("failure").replaceChildren(english(error.message));
     show($("failure"), true);
     $("password").value = "";
     $("password").focus();

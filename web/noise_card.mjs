@@ -5,6 +5,7 @@ import { AllanChart } from "./allan_chart.mjs";
 import { get } from "./api.mjs";
 import { $, say, show } from "./dom.mjs";
 import { count, significant } from "./format.mjs";
+import { T } from "./text.mjs";
 
 const AGAIN_MS = 10000;
 
@@ -77,6 +78,6 @@ export class NoiseCard {
     this.#chart.show(this.#noise, $("noise-accel").checked ? "accel" : "gyro");
     show($("noise-empty"), this.#chart.empty);
     const { samples, rate_hz } = this.#noise ?? {};
-    say($("noise-samples"), this.#chart.empty ? "" : `${count(samples)} samples at ${significant(rate_hz, 3)} Hz.`);
+    say($("noise-samples"), this.#chart.empty ? "" : T.noise.samples(count(samples), significant(rate_hz, 3)));
   }
 }

@@ -4,6 +4,7 @@
 
 import { svg } from "./axes.mjs";
 import { element } from "./dom.mjs";
+import { T } from "./text.mjs";
 
 /**
  * What a chart says that it shows.
@@ -149,7 +150,7 @@ export class Plot {
     }
     this.#legend.replaceChildren(...items);
     const summary = items.map((item) => item.textContent).join(", ");
-    this.#host.setAttribute("aria-label", `${this.#shown.title}. ${summary}. Arrow keys move a cursor.`);
+    this.#host.setAttribute("aria-label", `${this.#shown.title}. ${summary}. ${T.chart.keys}`);
   }
 
   #pointAt(pixel) {

@@ -2,6 +2,7 @@
 // Drawings of a block with one face up: how it stands, how it shall stand.
 
 import { svg } from "./axes.mjs";
+import { T } from "./text.mjs";
 
 // Corners of the block, seen from a corner above.
 const TOP = "60,30 106,54 60,78 14,54";
@@ -34,10 +35,10 @@ export function drawPose(host, { expected, up, wrong, whose }) {
   host.dataset.pose = key;
   const half = up && up.slice(1) === expected.slice(1);
   const reached = up === expected && !wrong;
-  const blocks = [block({ top: expected, caption: reached ? "as asked" : up === expected ? "seat it so" : "turn it so", kind: reached ? "reached" : "wanted" })];
+  const blocks = [block({ top: expected, caption: reached ? T.faces.asAsked : up === expected ? T.faces.seat : T.faces.turn, kind: reached ? "reached" : "wanted" })];
   if (up && up !== expected) {
-    blocks.unshift(block({ top: up, right: half ? "" : expected, caption: whose ? `now, ${whose}` : "now", kind: "now", arrow: half ? HALF : QUARTER }));
+    blocks.unshift(block({ top: up, right: half ? "" : expected, caption: whose ? T.faces.nowOf(whose) : T.faces.now, kind: "now", arrow: half ? HALF : QUARTER }));
   }
   host.replaceChildren(...blocks);
-  host.setAttribute("aria-label", up && up !== expected ? `${up} is up now, ${expected} shall be up` : `${expected} up`);
+  host.setAttribute("aria-label", up && up !== expected ? T.faces.upNow(up, expected) : T.faces.isUp(expected));
 }

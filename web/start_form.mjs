@@ -5,6 +5,7 @@ import { get, post, send } from "./api.mjs";
 import { $, element, say, show } from "./dom.mjs";
 import { timeOfDay } from "./format.mjs";
 import { reviewLines, unknownUnits } from "./start_words.mjs";
+import { T } from "./text.mjs";
 import { isActive, now_s } from "./words.mjs";
 
 const OWN_FILE = "own file";
@@ -44,7 +45,7 @@ export class StartForm {
     show($("start-card"), true);
     this.#offerStart(!isActive(status));
     show($("start-gives-up"), status.resumable !== null);
-    say($("start-gives-up"), `Start gives ${status.resumable} up: it cannot be resumed afterwards.`);
+    say($("start-gives-up"), T.start.givesUp(status.resumable));
   }
 
   /** A field for each slot of the station, with the unit that its configuration names. */
@@ -52,7 +53,7 @@ export class StartForm {
     if (JSON.stringify(slots) === JSON.stringify(this.#slots)) return;
     this.#slots = slots;
     const fields = slots.map(({ name, unit }) => {
-      const label = element("label", `Slot ${name}: serial number `);
+      const label = element("label", `${T.start.slot(name)} `);
       const input = Object.assign(document.createElement("input"), { type: "text", value: unit, maxLength: 200, autocomplete: "off" });
       input.dataset.slot = name;
       label.append(input);
@@ -67,7 +68,7 @@ export class StartForm {
     this.#wasAtRest = atRest;
     // Whoever is typing goes on typing.
     if (atRest || !$("start-box").contains(document.activeElement)) $("start-box").open = atRest;
-    say($("start-title"), atRest ? "New campaign" : "Queue a campaign");
+    say($("start-title"), atRest ? T.start.title : T.start.queueTitle);
     show($("start-send"), atRest);
     this.#checkSoon();
   }
@@ -87,7 +88,7 @@ export class StartForm {
     try {
       take(await get(what));
     } catch (error) {
-      this.#fail(`The station does not say what ${what === "stored" ? "slots" : what} it has: ${error.message}`);
+      this.#fail(`${T.start.unknown[what]}: ${error.message}`);
     }
   }
 
@@ -102,8 +103,8 @@ export class StartForm {
     if (known === JSON.stringify(this.#procedures)) return;
     this.#procedures = procedures;
     const option = (text, value, disabled = false) => Object.assign(element("option", text), { value, disabled });
-    const own = procedures.map(({ file, name, trouble }) => option(trouble ? `${file} (has mistakes)` : name, file, trouble !== null));
-    $("start-choice").replaceChildren(option("Choose…", ""), ...own, option("A file of your own…", OWN_FILE));
+    const own = procedures.map(({ file, name, trouble }) => option(trouble ? T.start.mistakes(file) : name, file, trouble !== null));
+    $("start-choice").replaceChildren(option(T.start.choose, ""), ...own, option(T.start.own, OWN_FILE));
     $("start-choice").value = $("start-procedure").files.length > 0 ? OWN_FILE : chosen;
     if ($("start-choice").selectedIndex < 0) $("start-choice").value = "";
     show($("start-choice-label"), procedures.length > 0);
@@ -122,7 +123,7 @@ export class StartForm {
     const chosen = this.#procedures.find(({ file }) => file === $("start-choice").value);
     if (chosen) {
       const { procedures } = await get(`procedures?${new URLSearchParams({ file: chosen.file })}`);
-      if (procedures.length === 0) throw new Error(`${chosen.file} is gone: choose another procedure`);
+      if (procedures.length === 0) throw new Error(T.start.gone(chosen.file));
       if (procedures[0].trouble) throw new Error(procedures[0].trouble);
       return { text: procedures[0].text, file: chosen.file };
     }
@@ -179,8 +180,8 @@ export class StartForm {
       const row = element("p", "");
       const types = document.createElement("select");
       types.append(...this.#types.map((name) => Object.assign(element("option", name), { value: name })));
-      types.setAttribute("aria-label", `Type of unit ${serial}`);
-      const add = Object.assign(element("button", `Enter unit ${serial} as`), { type: "button", className: "small" });
+      types.setAttribute("aria-label", T.start.typeOf(serial));
+      const add = Object.assign(element("button", T.start.enter(serial)), { type: "button", className: "small" });
       add.addEventListener("click", () => this.#enterUnit(serial, types.value));
       row.append(add, " ", types);
       return row;

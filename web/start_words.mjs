@@ -2,11 +2,10 @@
 // What the check of a campaign that has not begun says, in words. Nothing here touches the page.
 
 import { number, shortDuration } from "./format.mjs";
+import { T } from "./text.mjs";
 
 const BYTES_PER_GB = 1e9;
 const BYTES_PER_MB = 1e6;
-
-const plural = (count, one) => `${count} ${one}${count === 1 ? "" : "s"}`;
 
 function size(bytes) {
   return bytes >= BYTES_PER_GB ? `${number(bytes / BYTES_PER_GB, 1)} GB` : `${number(Math.max(1, bytes / BYTES_PER_MB), 0)} MB`;
@@ -14,20 +13,20 @@ function size(bytes) {
 
 function extentText({ runs, visits, set_points_c, positions }) {
   const [lowest, highest] = [Math.min(...set_points_c), Math.max(...set_points_c)];
-  const range = lowest === highest ? `at ${number(lowest, 0)} °C` : `from ${number(lowest, 0)} to ${number(highest, 0)} °C`;
-  return `${plural(runs, "run")}, ${plural(visits, "visit")} each, ${range}, ${plural(positions.length, "position")}`;
+  const range = lowest === highest ? T.start.at(number(lowest, 0)) : T.start.range(number(lowest, 0), number(highest, 0));
+  return [T.start.runs(runs), T.start.visits(visits), range, T.start.positions(positions.length)].join(", ");
 }
 
 /** `end(estimate_s)`: when it would end if it began now, null where that is not known. */
 function timeText({ estimate_s }, { rate, end }) {
   const at = end(estimate_s);
-  const simulated = rate === 1 ? "" : ` (${shortDuration(estimate_s / rate)} by the simulated clock)`;
-  return `takes about ${shortDuration(estimate_s)}${simulated}${at ? `; started now it ends ${at}` : ""}`;
+  const simulated = rate === 1 ? "" : T.start.simulated(shortDuration(estimate_s / rate));
+  return `${T.start.takes(shortDuration(estimate_s))}${simulated}${at ? T.start.ends(at) : ""}`;
 }
 
 function diskText({ needed_bytes, free_bytes }) {
-  const free = free_bytes === null ? "" : `; ${size(free_bytes)} are free`;
-  return `writes about ${size(needed_bytes)}${free}`;
+  const free = free_bytes === null ? "" : T.start.free(size(free_bytes));
+  return `${T.start.writes(size(needed_bytes))}${free}`;
 }
 
 /** Serial numbers of which the station knows no type. */
@@ -40,11 +39,11 @@ export const unknownUnits = ({ mistakes }) => mistakes.map(({ where }) => where.
 export function reviewLines({ procedure, units = [], mistakes, notes = [], disk }, { named, filled, rate, end }) {
   const told = mistakes.filter(({ where }) => (named || where !== "--name") && (filled || where !== "--unit"));
   const place = (where) => (where.includes("/") ? ` (${where})` : "");
-  const lines = told.map(({ message, where }) => ({ text: `Refused: ${message}${place(where)}`, level: "bad" }));
+  const lines = told.map(({ message, where }) => ({ text: T.start.refused(message, place(where)), level: "bad" }));
   if (procedure) {
     lines.push({ text: `${procedure.name}: ${extentText(procedure)}; ${timeText(procedure, { rate, end })}`, level: told.length > 0 ? "note" : "good" });
     if (disk.needed_bytes !== null) lines.push({ text: diskText(disk), level: "note" });
   }
-  for (const { slot, serial, type } of units) lines.push({ text: `slot ${slot}: ${serial}, type ${type}`, level: "note" });
+  for (const { slot, serial, type } of units) lines.push({ text: T.start.holds(slot, serial, type), level: "note" });
   return [...lines, ...notes.map((text) => ({ text, level: "note" }))];
 }

@@ -4,6 +4,7 @@
 import { get } from "./api.mjs";
 import { $, element, say, show } from "./dom.mjs";
 import { timeOfDay, UNKNOWN } from "./format.mjs";
+import { T } from "./text.mjs";
 import { isActive, now_s } from "./words.mjs";
 
 const MOST_ROWS = 12;
@@ -46,10 +47,10 @@ export class StoredCard {
 
   #show({ slots, units, campaigns }) {
     const when = (utc_s) => (utc_s === null ? UNKNOWN : timeOfDay(utc_s, now_s(this.#status)));
-    const rows = campaigns.map((one) => [one.name, one.state ?? "imported", when(one.begun_utc_s), one.runs, one.units.join(", ")]);
+    const rows = campaigns.map((one) => [one.name, T.states[one.state] ?? T.imported, when(one.begun_utc_s), one.runs, one.units.join(", ")]);
     fill($("stored-campaigns"), rows);
     fill($("stored-units"), units.map((unit) => [unit.serial, unit.type, unit.runs, when(unit.newest_run_utc_s)]));
-    say($("stored-nothing"), campaigns.length + units.length === 0 ? "Nothing is stored yet." : "");
+    say($("stored-nothing"), campaigns.length + units.length === 0 ? T.stored.nothing : "");
     this.#form.showSlots(slots);
   }
 }
@@ -64,5 +65,5 @@ function fill(table, rows) {
   table.tBodies[0].replaceChildren(...shown);
   show(table, rows.length > 0);
   const more = rows.length - shown.length;
-  table.tFoot.rows[0].cells[0].textContent = more > 0 ? `and ${more} more` : "";
+  table.tFoot.rows[0].cells[0].textContent = more > 0 ? T.stored.more(more) : "";
 }

@@ -35,8 +35,21 @@ function facts(sensor) {
   return list;
 }
 
-/** The card of a sensor; `judged`: its part of a verification that holds, or null. */
-export function sensorCard(name, sensor, judged) {
+/** The points of a curve that are numbers, and what its bands span. */
+function drawn({ curve }) {
+  const known = curve.filter(({ bias }) => isNumber(bias));
+  return { line: known.map(({ temp_c, bias }) => [temp_c, bias]), wide: band(known, "pi95"), narrow: band(known, "ci95") };
+}
+
+/**
+ * The card of a sensor; `judged`: its part of a verification that holds, or null; `older`: {version, sensor} of another model, to be drawn
+ * behind it, or null.
+ * @param {string} name
+ * @param {import("./documents.mjs").Sensor} sensor
+ * @param {{verdict: import("./documents.mjs").Verdict} | null} judged
+ * @param {{version: number, sensor: import("./documents.mjs").Sensor} | null} older
+ */
+export function sensorCard(name, sensor, judged, older) {
   const card = element("section", "");
   card.className = "card sensor";
   const title = element("h3", sensorText(name));
@@ -49,21 +62,28 @@ export function sensorCard(name, sensor, judged) {
     const { title: text, state } = verdictOf(judged.verdict);
     head.append(badge({ text, state }));
   }
-  const curve = sensor.curve.filter(({ bias }) => isNumber(bias));
-  const [wide, narrow] = [band(curve, "pi95"), band(curve, "ci95")];
+  const { line, wide, narrow } = drawn(sensor);
+  const before = older && drawn(older.sensor);
   const figure = element("figure", "");
   const caption = element("figcaption", "");
   caption.append(element("b", `Bias of ${sensorText(name)}`),
     element("span", sensorFacts(sensor).map((fact) => fact.join(" ")).join(", ")));
   figure.append(caption);
-  const x = axisOf([sensor.temp_min_c, sensor.temp_max_c]);
-  const y = axisOf([...curve.map(({ bias }) => bias), ...[...wide, ...narrow].flatMap(([, low, high]) => [low, high])]);
+  const all = [sensor, ...(older ? [older.sensor] : [])];
+  const x = axisOf(all.flatMap(({ temp_min_c, temp_max_c }) => [temp_min_c, temp_max_c]));
+  const bands = [...wide, ...narrow, ...(before?.narrow ?? [])];
+  const y = axisOf([...line, ...(before?.line ?? [])].map(([, bias]) => bias).concat(bands.flatMap(([, low, high]) => [low, high])));
   const panel = new Panel(TOP, HEIGHT - BELOW, x, y, "temperature of the unit, °C", `bias, ${unitText(sensor)}`);
   panel.band(wide, "pi95");
   panel.band(narrow, "ci95");
-  panel.line(curve.map(({ temp_c, bias }) => [temp_c, bias]), "curve");
+  if (before) {
+    panel.band(before.narrow, "older");
+    panel.line(before.line, "older");
+  }
+  panel.line(line, "curve");
   const legend = [["line curve", "deployed curve"], ["band ci95", "95 %, mean curve"]];
   if (wide.length > 0) legend.push(["band pi95", "95 %, one fresh power-on"]);
+  if (older) legend.push(["line older", `model ${older.version}`], ["band older", "its 95 %, mean curve"]);
   draw(figure, HEIGHT, [panel], legend);
   caption.firstElementChild.remove(); // the card's title says it
   card.append(head, figure, facts(sensor));

@@ -14,6 +14,8 @@ const PARTS = ["unit-verdict", "unit-next-box", "unit-facts", "unit-work", "unit
 
 export class UnitView {
   #asked = null; // serial number that the address names
+  #unit = null; // its document
+  #older = null; // the document of the model beside the newest one
   #gap;
   #jobs;
 
@@ -21,6 +23,7 @@ export class UnitView {
   constructor(userName) {
     this.#gap = new GapCard((kind, members) => this.#jobs.start(kind, members));
     this.#jobs = new JobPanel(userName, () => this.#load(), (busy, job) => this.#gap.wait(busy, job));
+    $("unit-older").addEventListener("change", () => this.#compare());
   }
 
   async open(parameters) {
@@ -28,6 +31,9 @@ export class UnitView {
     if (serial !== this.#asked) {
       for (const part of PARTS) show($(part), false);
       $("unit-badges").replaceChildren();
+      this.#older = null;
+      $("unit-older").value = "";
+      show($("unit-older-failure"), false);
     }
     this.#asked = serial;
     say($("unit-title"), serial);
@@ -59,12 +65,47 @@ export class UnitView {
     $("unit-badges").replaceChildren(...(unit.model?.simulated ? [badge({ text: "SIMULATED", state: "simulated" })] : []));
     this.#renderFacts(unit);
     this.#renderWarnings(unit);
-    const holds = verdictNow(unit) !== null;
-    const judged = (name) => (holds ? (unit.verification.job.result.sensors[name] ?? null) : null);
-    const sensors = Object.entries(unit.model?.sensors ?? {});
-    $("unit-sensors").replaceChildren(...sensors.map(([name, sensor]) => sensorCard(name, sensor, judged(name))));
+    this.#unit = unit;
+    this.#offerOlder(unit.model?.version ?? 0);
+    this.#renderCurves();
     this.#gap.render(unit);
     this.#jobs.offer(unit);
+  }
+
+  /** Versions count from 1; one that is chosen stays chosen. */
+  #offerOlder(newest) {
+    const versions = Array.from({ length: Math.max(0, newest - 1) }, (_, i) => String(newest - 1 - i));
+    const chosen = $("unit-older").value; // its model may be on the way
+    const option = (text, value) => Object.assign(element("option", text), { value });
+    $("unit-older").replaceChildren(option("none", ""), ...versions.map((version) => option(`model ${version}`, version)));
+    $("unit-older").value = versions.includes(chosen) ? chosen : "";
+    show($("unit-older-box"), versions.length > 0);
+  }
+
+  async #compare() {
+    const [asked, version] = [this.#asked, $("unit-older").value];
+    const isLate = () => asked !== this.#asked || version !== $("unit-older").value; // another one was chosen meanwhile
+    show($("unit-older-failure"), false);
+    try {
+      const model = version ? (await get(`model?${new URLSearchParams({ unit: asked, version })}`)).model : null;
+      if (isLate()) return;
+      this.#older = model;
+    } catch (error) {
+      if (isLate()) return;
+      this.#older = null;
+      say($("unit-older-failure"), error.message);
+      show($("unit-older-failure"), true);
+    }
+    this.#renderCurves();
+  }
+
+  #renderCurves() {
+    const { model, verification } = this.#unit;
+    const holds = verdictNow(this.#unit) !== null;
+    const judged = (name) => (holds ? (verification.job.result.sensors[name] ?? null) : null);
+    const older = (name) => (this.#older?.sensors[name] ? { version: this.#older.version, sensor: this.#older.sensors[name] } : null);
+    const sensors = Object.entries(model?.sensors ?? {});
+    $("unit-sensors").replaceChildren(...sensors.map(([name, sensor]) => sensorCard(name, sensor, judged(name), older(name))));
   }
 
   #renderFacts(unit) {

@@ -2,30 +2,12 @@
 // What the station's documents mean in words that a technician acts on. Nothing here touches the page.
 
 import { duration, number, shortDuration, timeOfDay, UNKNOWN } from "./format.mjs";
+import { T } from "./text.mjs";
 
 /** States in which a campaign holds the chamber. */
 const ACTIVE = ["preflight", "running", "waiting", "paused", "stopping"];
-const STATES = {
-  idle: "idle",
-  preflight: "pre-flight",
-  running: "running",
-  paused: "paused",
-  stopping: "stopping",
-  interrupted: "interrupted",
-  finished: "finished",
-  aborted: "aborted",
-  failed: "failed",
-};
 /** What a campaign that waits by itself (docs/campaigns.md) waits for, the most urgent first. */
-const SUSPENSIONS = {
-  chamber: "the chamber",
-  air: "the chamber's temperature",
-  disk: "room on the disk",
-  storage: "the disk",
-  supply: "a unit's supply",
-  catalog: "the catalog",
-};
-const UNIT_STATES = { closed: "off", silent: "sends nothing", configuring: "starting", streaming: "on", failed: "failed" };
+const SUSPENSIONS = ["chamber", "air", "disk", "storage", "supply", "catalog"];
 /** °C above the dew point from which the station itself calls a unit dry (docs/campaigns.md, the safe state). */
 const DRY_MARGIN_K = 2;
 /** °C from which bare metal burns at a touch of a minute (ISO 13732-1, 51 °C), rounded down. */
@@ -40,7 +22,7 @@ export const isActive = (status) => ACTIVE.includes(status.state);
 const waitsByItself = (status) => status.state === "waiting" && (status.suspension !== null || !status.prompt);
 
 /** What it waits for by itself; the most urgent first. */
-const causesOf = ({ suspension }) => Object.keys(SUSPENSIONS).filter((cause) => suspension?.causes.includes(cause));
+const causesOf = ({ suspension }) => SUSPENSIONS.filter((cause) => suspension?.causes.includes(cause));
 
 /**
  * Whether the campaign waits for a chamber that does not answer.
@@ -50,11 +32,10 @@ export const waitsForChamber = (status) => waitsByItself(status) && !status.cham
 
 /** @param {import("./documents.mjs").Status} status */
 export function stateText(status) {
-  if (status.state !== "waiting") return STATES[status.state] ?? status.state;
-  if (!waitsByItself(status) || status.campaign?.step_trouble) return "waiting for you";
+  if (status.state !== "waiting") return T.states[status.state] ?? status.state;
+  if (!waitsByItself(status) || status.campaign?.step_trouble) return T.waitsForYou;
   const [cause] = causesOf(status);
-  const waits = cause ?? (waitsForChamber(status) ? "chamber" : "catalog");
-  return `waiting for ${SUSPENSIONS[waits]}`;
+  return T.waitsFor[cause ?? (waitsForChamber(status) ? "chamber" : "catalog")];
 }
 
 /**
@@ -79,7 +60,7 @@ export function runOf(campaign, plan) {
 function plateauText(step, plan) {
   if (step.visit === null) return null;
   const visits = [...new Set(plan.steps.filter((s) => s.run === step.run && s.visit !== null).map((s) => s.visit))];
-  return `${number(step.temp_c, 0)} °C (${visits.indexOf(step.visit) + 1} of ${visits.length})`;
+  return T.steps.plateau(number(step.temp_c, 0), visits.indexOf(step.visit) + 1, visits.length);
 }
 
 /**
@@ -93,28 +74,28 @@ export function positionOf(index, plan) {
 
 function actionText(status, step, position) {
   const { prompt } = status;
-  const up = position ? `, ${sign(position)} up` : "";
+  const up = position ? T.steps.up(sign(position)) : "";
   switch (step.kind) {
     case "turn_fixture":
-      return "turn the whole fixture";
+      return T.steps.turnWhole;
     case "power_on":
-      return prompt ? "switch the units off and on" : "units start";
+      return prompt ? T.steps.switchOffAndOn : T.steps.unitsStart;
     case "move":
-      return prompt ? `turn the fixture${up}` : `turning${up}`;
+      return prompt ? T.steps.turn(up) : T.steps.turning(up);
     case "spin":
-      return step.rate_dps ? `turning at ${number(step.rate_dps, 0)} °/s` : "rotation stops";
+      return step.rate_dps ? T.steps.spins(number(step.rate_dps, 0)) : T.steps.spinEnds;
     case "set_temperature":
-      return prompt ? "dry air" : step.visit === null ? `chamber goes to ${number(step.temp_c, 0)} °C` : "chamber on its way";
+      return prompt ? T.steps.dryAir : step.visit === null ? T.steps.chamberGoesTo(number(step.temp_c, 0)) : T.steps.chamberOnItsWay;
     case "wait_stable":
-      return "units settling";
+      return T.steps.settling;
     case "record":
-      return `recording${up}`;
+      return T.steps.recording(up);
     case "check":
-      return "units are checked";
+      return T.steps.check;
     case "warm_end":
-      return "warming up, so that no dew forms";
+      return T.steps.warmEnd;
     case "power_off":
-      return "units are switched off";
+      return T.steps.powerOff;
     default:
       return step.kind;
   }
@@ -134,15 +115,17 @@ function leftOfStep_s({ campaign }, plan) {
  */
 export function stepText(status, plan) {
   const { campaign, state, prompt, resumable } = status;
-  if (state === "stopping") return "On the way to the safe state";
-  if (!campaign && !isActive(status)) return resumable ? `Campaign ${resumable} can be resumed` : "No campaign runs";
-  if (!campaign) return `The campaign: ${stateText(status)}`;
+  if (state === "stopping") return T.steps.stopping;
+  if (!campaign && !isActive(status)) return resumable ? T.steps.canBeResumed(resumable) : T.steps.none;
+  if (!campaign) return T.steps.inState(stateText(status));
   const step = plan?.steps[campaign.step];
-  if (state === "finished") return "All steps are done";
-  if (["aborted", "failed", "interrupted"].includes(state)) return `Stopped at: ${campaign.step_text}`;
+  if (state === "finished") return T.steps.allDone;
+  if (["aborted", "failed", "interrupted"].includes(state)) {
+    return T.steps.stoppedAt(campaign.step_text, step ? actionText(status, step, positionOf(campaign.step, plan)) : null);
+  }
   if (!step) return campaign.step_text;
   const run = runOf(campaign, plan);
-  const place = [run ? `Run ${run.number} of ${run.of}` : "Pre-flight", plateauText(step, plan)].filter(Boolean).join(", ");
+  const place = [run ? T.steps.run(run.number, run.of) : T.steps.preflight, plateauText(step, plan)].filter(Boolean).join(", ");
   const left_s = prompt || state !== "running" && state !== "preflight" ? null : leftOfStep_s(status, plan);
   const left = left_s !== null && left_s >= 1 ? `, ${shortDuration(left_s)}` : "";
   return `${place}: ${actionText(status, step, positionOf(campaign.step, plan))}${left}`;
@@ -156,7 +139,7 @@ export function finishOf(status) {
   const { campaign, state, clock } = status;
   if (!campaign || !isActive(status) || state === "stopping") return null;
   const holds = state === "paused" || state === "waiting";
-  return { label: holds ? "Ready, if it goes on now" : "Ready", time: timeOfDay(now_s(status) + campaign.remaining_s / clock.rate, now_s(status)) };
+  return { label: holds ? T.campaign.readyIfOn : T.campaign.ready, time: timeOfDay(now_s(status) + campaign.remaining_s / clock.rate, now_s(status)) };
 }
 
 // ---- campaigns that wait for their turn
@@ -173,9 +156,9 @@ export function queueText(status) {
   const { campaigns, waits_for } = status.queue;
   if (campaigns.length === 0) return "";
   const names = campaigns.map((campaign) => campaign.name).join(", ");
-  if (waits_for === "campaign") return `Then: ${names}.`;
-  if (waits_for === "time") return `Next: ${names}. ${campaigns[0].name} begins by itself at ${nextBegins(status)}; Abort stops that.`;
-  return `In the queue: ${names}.${isActive(status) ? "" : " It waits for you."}`;
+  if (waits_for === "campaign") return T.queue.then(names);
+  if (waits_for === "time") return T.queue.atTime(names, campaigns[0].name, nextBegins(status));
+  return isActive(status) ? T.queue.waits(names) : T.queue.waitsForYou(names);
 }
 
 /**
@@ -185,13 +168,11 @@ export function queueText(status) {
  */
 export function abortText(status, plan) {
   const { campaign, resumable } = status;
-  if (nextBeginsByItself(status)) return `Campaign ${status.queue.campaigns[0].name} does not begin by itself. It stays in the queue. What has been recorded stays.`;
-  if (!campaign) return `Campaign ${resumable ?? ""} is given up: it cannot be resumed afterwards. Its finished runs stay.`;
+  if (nextBeginsByItself(status)) return T.abort.queued(status.queue.campaigns[0].name);
+  if (!campaign) return T.abort.givenUp(resumable ?? "");
   const run = plan && runOf(campaign, plan);
-  const name = run ? `run ${run.number} of ${run.of}` : plan ? "the pre-flight" : campaign.run_label;
-  const before = run && run.number > 1 ? ` The ${run.number === 2 ? "run" : `${run.number - 1} runs`} before it ${run.number === 2 ? "stays" : "stay"}.` : "";
-  return `What ${name} has recorded becomes void: it is kept, but nothing is fitted from it.${before}
-    The campaign cannot be resumed afterwards. The chamber goes to its safe state, the units are switched off. To stop for a while only, pause instead.`;
+  const name = run ? T.abort.run(run.number, run.of) : plan ? T.abort.preflight : T.abort.label(campaign.run_label);
+  return T.abort.loses(name, run && run.number > 1 ? T.abort.before(run.number - 1) : "");
 }
 
 // ---- the door
@@ -218,42 +199,45 @@ function opensIn_s({ campaign, clock, state }, plan) {
  */
 export function doorOf(status, plan) {
   const { chamber, fixture, room, state, units } = status;
-  const dew = `dew point of the room ${number(room.dew_point_c, 0)} °C`;
+  const dew = T.door.dew(number(room.dew_point_c, 0));
   const in_s = opensIn_s(status, plan);
-  const later = in_s === null ? "" : ` Safe at ${timeOfDay(now_s(status) + in_s, now_s(status))} (in ${shortDuration(in_s)}).`;
-  const no = (why) => ({ lamp: "no", title: "Keep the door closed", text: `${why}.${later}` });
+  const later = in_s === null ? "" : T.door.later(timeOfDay(now_s(status) + in_s, now_s(status)), shortDuration(in_s));
+  const no = (why) => ({ lamp: "no", title: T.door.closed, text: `${why}.${later}` });
   if (!chamber.connected) {
-    return { lamp: "unknown", title: "Not known whether the door may be opened", text: `The chamber's temperature is not known; ${dew}.` };
+    return { lamp: "unknown", title: T.door.unknown, text: T.door.noChamber(dew) };
   }
-  if (fixture.moving) return no("The fixture moves");
+  if (fixture.moving) return no(T.door.moves);
   const { coldest, hottest } = extremes(status);
   const dry_c = room.dew_point_c + DRY_MARGIN_K;
-  if (coldest <= dry_c) return no(`Dew may form: the coldest part is at ${number(coldest, 0)} °C, it takes ${number(dry_c, 0)} °C (${dew})`);
-  if (hottest >= HOT_C) return no(`Hot: ${number(hottest, 0)} °C`);
-  if (status.resumes_by_itself) return no("The campaign goes on by itself once the chamber is safe: abort it first");
-  if (nextBeginsByItself(status)) return no(`Campaign ${status.queue.campaigns[0].name} begins by itself at ${nextBegins(status)}: abort it first`);
-  if (state === "paused") return { lamp: "yes", title: "Safe to open", text: `Paused; ${number(coldest, 0)} °C, ${dew}. After Resume the units settle again.` };
-  if (state === "waiting" && !waitsByItself(status)) return { lamp: "yes", title: "Safe to open", text: `It waits for you; ${number(coldest, 0)} °C, ${dew}.` };
-  if (status.campaign?.step_trouble) return no("Heating and cooling are not off");
-  if (state === "stopping" || isActive(status)) return no(state === "stopping" ? "The chamber is being made safe" : "A campaign is running: pause it first");
+  if (coldest <= dry_c) return no(T.door.cold(number(coldest, 0), number(dry_c, 0), dew));
+  if (hottest >= HOT_C) return no(T.door.hot(number(hottest, 0)));
+  if (status.resumes_by_itself) return no(T.door.goesOn);
+  if (nextBeginsByItself(status)) return no(T.door.begins(status.queue.campaigns[0].name, nextBegins(status)));
+  if (state === "paused") return { lamp: "yes", title: T.door.open, text: T.door.paused(number(coldest, 0), dew) };
+  if (state === "waiting" && !waitsByItself(status)) return { lamp: "yes", title: T.door.open, text: T.door.asks(number(coldest, 0), dew) };
+  if (status.campaign?.step_trouble) return no(T.door.notOff);
+  if (state === "stopping" || isActive(status)) return no(state === "stopping" ? T.door.stopping : T.door.runs);
   // An alarm may have switched the chamber off while the units were cold (docs/campaigns.md, the safe state).
   if (state === "failed" && units.every((unit) => unit.temp_c === null)) {
-    return { lamp: "unknown", title: "Not known whether the door may be opened", text: `The air is at ${number(chamber.air_c, 0)} °C, but the units do not say how cold they are; ${dew}.` };
+    return { lamp: "unknown", title: T.door.unknown, text: T.door.coldUnits(number(chamber.air_c, 0), dew) };
   }
-  return { lamp: "yes", title: "Safe to open", text: `${number(coldest, 0)} °C, ${dew}.` };
+  return { lamp: "yes", title: T.door.open, text: T.door.safe(number(coldest, 0), dew) };
 }
 
 // ---- what is wrong
 
 /**
- * What needs somebody, as the station says: {level: "alarm" | "warning", title, detail, action}, the most urgent first. Times as this
- * page's reader has them.
+ * What needs somebody: {level: "alarm" | "warning", title, detail, action}, the most urgent first. `detail` in the station's own words, times
+ * as this page's reader has them.
  * @param {import("./documents.mjs").Status} status
  */
 export function alertsOf(status) {
-  return status.alarms.map(({ level, title, detail, action, deadline }) => {
-    const ends = deadline ? ` ${deadline.text} ${timeOfDay(deadline.utc_s, now_s(status))}.` : "";
-    return { level, title, detail, action: `${action}${ends}` };
+  return status.alarms.map((alarm) => {
+    const unit = status.units.find(({ serial }) => serial === alarm.about);
+    const face = unit ? faceOf(unit) : null;
+    const { title, action, deadline } = T.alarm(alarm, status, face ? turnText(face) : "");
+    const ends = alarm.deadline ? ` ${deadline} ${timeOfDay(alarm.deadline.utc_s, now_s(status))}.` : "";
+    return { level: alarm.level, title, detail: alarm.detail, action: `${action}${ends}` };
   });
 }
 
@@ -266,8 +250,8 @@ export const isByHand = ({ fixture }) => fixture.description === "by hand";
 
 /** @param {import("./documents.mjs").LiveUnit} unit */
 export function unitStateText(unit) {
-  if (unit.dropped) return "dropped: not recorded in this run";
-  return UNIT_STATES[unit.state] ?? unit.state;
+  if (unit.dropped) return T.unit.dropped;
+  return T.unit.states[unit.state] ?? unit.state;
 }
 
 /**
@@ -276,7 +260,7 @@ export function unitStateText(unit) {
  */
 export function stableText(unit) {
   if (unit.temp_c === null) return "";
-  return unit.stable ? "✓ stable" : "settling";
+  return unit.stable ? T.unit.stable : T.unit.settling;
 }
 
 /** What the unit's accelerometers say: {up, expected, wrong, right}, in its own axes; null where they do not say. */
@@ -289,9 +273,8 @@ export function faceOf({ attitude }) {
 
 /** How a unit that rests wrong comes to rest as it should: turned, or seated where the right face is up already. */
 export function turnText({ up, expected }) {
-  if (up === expected) return `rests more than ${TILT_DEG}° from ${expected}: seat it`;
-  const half = up.slice(1) === expected.slice(1);
-  return `${up} is up now, turn it ${half ? "half a turn" : "a quarter turn"} to ${expected}`;
+  if (up === expected) return T.faces.tilted(TILT_DEG, expected);
+  return up.slice(1) === expected.slice(1) ? T.faces.half(up, expected) : T.faces.quarter(up, expected);
 }
 
 /**
@@ -302,8 +285,8 @@ export function positionText(unit) {
   const face = faceOf(unit);
   if (!face) return unit.position ? sign(unit.position) : UNKNOWN;
   if (face.right) return face.up;
-  if (!face.wrong) return `turning to ${face.expected}`;
-  return face.up === face.expected ? `${face.up}, tilted` : `${face.up}, not ${face.expected}`;
+  if (!face.wrong) return T.faces.turning(face.expected);
+  return face.up === face.expected ? T.faces.isTilted(face.up) : T.faces.wrong(face.up, face.expected);
 }
 
 /** Whether every unit that sends rests as the open prompt asks; false where one cannot say. */
@@ -315,9 +298,9 @@ export function allRestAsAsked({ units }) {
 /** @param {import("./documents.mjs").Status} status */
 export function fixtureText(status) {
   const { fixture } = status;
-  if (isByHand(status)) return "turned by hand";
-  if (!fixture.connected) return isActive(status) ? "not connected" : "not asked now";
-  return fixture.moving ? "moving" : sign(fixture.position ?? UNKNOWN);
+  if (isByHand(status)) return T.chamber.byHand;
+  if (!fixture.connected) return isActive(status) ? T.chamber.notConnected : T.chamber.notAsked;
+  return fixture.moving ? T.chamber.moving : sign(fixture.position ?? UNKNOWN);
 }
 
 /**
@@ -326,7 +309,7 @@ export function fixtureText(status) {
  */
 export function linkOf(status) {
   const { chamber } = status;
-  if (!chamber.connected) return { text: "does not answer", state: isActive(status) ? "failed" : "waiting" };
-  if (chamber.age_s > 10) return { text: `silent for ${duration(chamber.age_s)}`, state: "failed" };
-  return { text: "connected", state: "finished" };
+  if (!chamber.connected) return { text: T.chamber.noAnswer, state: isActive(status) ? "failed" : "waiting" };
+  if (chamber.age_s > 10) return { text: T.chamber.silent(duration(chamber.age_s)), state: "failed" };
+  return { text: T.chamber.connected, state: "finished" };
 }

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -126,6 +127,21 @@ Result<json> answer_unit(RunArchive& runs, const JobRunner& jobs, const Paramete
   });
 }
 
+Result<json> answer_model(RunArchive& runs, const JobRunner& /*jobs*/, const Parameters& parameters) {
+  if (auto known = only_parameters(parameters, {"unit", "version"}); !known) return base::forward_error(known);
+  const auto serial = required(parameters, "unit", "a serial number");
+  if (!serial) return base::forward_error(serial);
+  const auto text = required(parameters, "version", "the version of a model");
+  if (!text) return base::forward_error(text);
+  const auto version = base::parse_int(*text);
+  if (!version || *version < 1 || *version > std::numeric_limits<std::int32_t>::max()) {
+    return base::bad_input("the version of a model is a whole number from 1 on", "version");
+  }
+  return runs.in_turn([&](const db::Catalog& catalog) {
+    return model_overview(catalog, *serial, static_cast<std::int32_t>(*version));
+  });
+}
+
 Result<json> answer_fleet(RunArchive& runs, const JobRunner& jobs, const Parameters& parameters) {
   if (auto known = only_parameters(parameters, {"type"}); !known) return base::forward_error(known);
   const auto type = required(parameters, "type", "a type of units, as /api/v1/units gives it");
@@ -218,11 +234,9 @@ Result<json> do_cancel(JobRunner& jobs, const json& body) {
 }  // namespace
 
 const std::vector<JobQuestion>& job_questions() {
-  static const std::vector<JobQuestion> questions = {{"units", answer_units},
-                                                     {"unit", answer_unit},
-                                                     {"fleet", answer_fleet},
-                                                     {"jobs", answer_jobs},
-                                                     {"job", answer_job}};
+  static const std::vector<JobQuestion> questions = {{"units", answer_units}, {"unit", answer_unit},
+                                                     {"model", answer_model}, {"fleet", answer_fleet},
+                                                     {"jobs", answer_jobs},   {"job", answer_job}};
   return questions;
 }
 

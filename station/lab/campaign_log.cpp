@@ -95,8 +95,8 @@ nlohmann::json TemperatureLog::document(double after_s) const {
           {"units", std::move(named)}};
 }
 
-void Prompts::ask(std::string text) {
-  open_ = Prompt{++last_id_, std::move(text)};
+void Prompts::ask(Question question) {
+  open_ = Prompt{std::move(question), ++last_id_};
   answered_ = false;
 }
 

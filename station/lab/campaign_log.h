@@ -4,10 +4,12 @@
 #include <cstdint>
 #include <deque>
 #include <functional>
+#include <map>
 #include <mutex>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "db/catalog/catalog.h"
@@ -74,12 +76,18 @@ class TemperatureLog {
 /// The one question that the operator has to answer before the campaign goes on.
 class Prompts {
  public:
-  struct Prompt {
-    std::int64_t id = 0;
+  using Detail = std::variant<double, std::string, std::vector<std::string>>;
+  /// What is asked: `text` for people, in English; `code` and `about` for whoever says it in another language.
+  struct Question {
     std::string text;
+    std::string code;                          ///< one of those in docs/http-api.md
+    std::map<std::string, Detail> about = {};  ///< the members that go with the code, by name
+  };
+  struct Prompt : Question {
+    std::int64_t id = 0;
   };
 
-  void ask(std::string text);
+  void ask(Question question);
   /// Whether the open prompt was answered; closes it then.
   [[nodiscard]] bool take_answer();
   /// Answers the prompt of that number; false where it is not the open one.

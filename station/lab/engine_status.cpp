@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <utility>
+#include <variant>
 
 #include "base/units.h"
 #include "station/alarms/alarm_rules.h"
@@ -117,6 +118,15 @@ json unit_part(const Station& station, const UnitChannel& unit) {
           {"noise", noise_part(unit.noise->figures())}};
 }
 
+json prompt_part(const std::optional<Prompts::Prompt>& prompt) {
+  if (!prompt) return {};
+  json about = json::object();
+  for (const auto& [name, detail] : prompt->about) {
+    std::visit([&](const auto& value) { about[name] = value; }, detail);
+  }
+  return {{"id", prompt->id}, {"text", prompt->text}, {"code", prompt->code}, {"about", std::move(about)}};
+}
+
 }  // namespace
 
 void Engine::publish() {
@@ -133,7 +143,6 @@ void Engine::publish() {
 json Engine::status_document() const {
   json units = json::array();
   for (const auto& unit : station_->units) units.push_back(unit_part(*station_, *unit));
-  const auto& prompt = station_->prompts.open();
   json document = {{"state", shown_state()},
                    {"reason", null_if_empty(shown_reason())},
                    {"campaign", campaign_document()},
@@ -141,7 +150,7 @@ json Engine::status_document() const {
                    {"ending", ending_document()},
                    {"journal", journal_part(journal_->standing())},
                    {"data", {{"folder", catalog_.data_folder().string()}, {"trouble", null_if_empty(folder_trouble_)}}},
-                   {"prompt", prompt ? json{{"id", prompt->id}, {"text", prompt->text}} : json()},
+                   {"prompt", prompt_part(station_->prompts.open())},
                    {"chamber", chamber_part(*station_)},
                    {"fixture", fixture_part(*station_)},
                    {"units", std::move(units)},

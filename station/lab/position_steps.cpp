@@ -31,12 +31,13 @@ class TurnFixture : public StepTask {
 
   StepProgress poll(Station& station) override {
     if (!asked_) {
-      station.prompts.ask(
+      const std::string text =
           heading_deg_ == 0.0
               ? std::string("Turn the whole fixture back to its usual heading, then confirm.")
               : fmt::format(
                     "Turn the whole fixture by {:g}° {} (seen from above) from its usual heading, then confirm.",
-                    std::abs(heading_deg_), heading_deg_ > 0.0 ? "clockwise" : "counter-clockwise"));
+                    std::abs(heading_deg_), heading_deg_ > 0.0 ? "clockwise" : "counter-clockwise");
+      station.prompts.ask({text, "heading", {{"heading_deg", heading_deg_}}});
       asked_ = true;
       return StepProgress::running();
     }
@@ -82,11 +83,17 @@ class Move : public StepTask {
   StepProgress begin(Station& station) {
     station.set_moving(true);
     for (const auto& unit : station.units) unit->expect_position(position_);
-    return station.fixture ? enter(station, Stage::command) : ask(station, "");
+    return station.fixture ? enter(station, Stage::command) : ask(station, {});
   }
 
-  StepProgress ask(Station& station, const std::string& why) {
-    station.prompts.ask(fmt::format("{}Turn the fixture so that its {} points up, then confirm.", why, position_));
+  /// `wrong`: units that do not rest as it was confirmed last.
+  StepProgress ask(Station& station, const std::vector<UnitChannel*>& wrong) {
+    std::vector<std::string> serials;
+    for (const UnitChannel* unit : wrong) serials.push_back(unit->serial());
+    const std::string why = wrong.empty() ? "" : attitudes_text(wrong) + ". ";
+    station.prompts.ask({fmt::format("{}Turn the fixture so that its {} points up, then confirm.", why, position_),
+                         "position",
+                         {{"position", position_}, {"wrong", serials}}});
     return enter(station, Stage::by_hand);
   }
 
@@ -125,13 +132,13 @@ class Move : public StepTask {
     }
     // Whoever turned it stands beside it: a unit at rest with a wrong face up is told at once.
     const std::vector<UnitChannel*> at_rest = at_rest_in_another(wrong);
-    if (!station.fixture && !at_rest.empty()) return ask(station, attitudes_text(at_rest) + ". ");
+    if (!station.fixture && !at_rest.empty()) return ask(station, at_rest);
     if (!told_ && !at_rest.empty() && timer_.overdue(station, kTellWrong_s, 0.0)) {
       told_ = true;
       station.log.add("position", position_, attitudes_text(at_rest) + ": waiting for it");
     }
     if (!timer_.overdue(station, kSettleLimit_s)) return StepProgress::running();
-    if (!station.fixture) return ask(station, attitudes_text(wrong) + ". ");
+    if (!station.fixture) return ask(station, wrong);
     // The pre-flight finds what is mounted wrongly. Later it is the unit that fails, if the others confirm the
     // position.
     const bool preflight = station.campaign.plan.runs[static_cast<std::size_t>(run_)].preflight;

@@ -93,7 +93,9 @@ class PowerCycle {
     if (by_hand.empty()) return Stage::off;
     const std::string which = switched_.empty() ? "units" : fmt::format("units in slots {}", fmt::join(by_hand, ", "));
     station.prompts.ask(
-        fmt::format("Switch the {} off for at least {:.0f} s, then on again, and confirm.", which, off_s_));
+        {fmt::format("Switch the {} off for at least {:.0f} s, then on again, and confirm.", which, off_s_),
+         "power",
+         {{"off_s", off_s_}, {"slots", by_hand}}});
     return Stage::by_hand;
   }
 
@@ -332,6 +334,19 @@ class PowerOn : public StepTask {
     return wrong;
   }
 
+  static std::map<std::string, Prompts::Detail> wrong_slots(const Station& station) {
+    std::vector<std::string> slots;
+    std::vector<std::string> expected;
+    std::vector<std::string> found;
+    for (const auto& unit : station.units) {
+      if (!wrong_identity(station, *unit)) continue;
+      slots.push_back(unit->slot().name);
+      expected.push_back(unit->serial());
+      found.push_back(unit->imu().identity()->serial);
+    }
+    return {{"slots", slots}, {"expected", expected}, {"found", found}};
+  }
+
   static bool is_known(const UnitChannel& unit) { return unit.streaming() && unit.imu().identity(); }
 
   StepProgress ask_for_right_units(Station& station, const std::vector<std::string>& wrong) {
@@ -345,10 +360,11 @@ class PowerOn : public StepTask {
       if (is_switched(station, *unit)) station.cut_off(*unit);
     }
     station.log.add("unit", station.campaign.name, fmt::format("{}: asked for the right ones", fmt::join(wrong, "; ")));
-    station.prompts.ask(fmt::format(
-        "In {}. Put the right units there, or their cables, and confirm. If the serial numbers of the campaign are "
-        "wrong, abort it and start it with {}.",
-        fmt::join(wrong, "; "), fmt::join(options, " ")));
+    station.prompts.ask(
+        {fmt::format("In {}. Put the right units there, or their cables, and confirm. If the serial numbers of the "
+                     "campaign are wrong, abort it and start it with {}.",
+                     fmt::join(wrong, "; "), fmt::join(options, " ")),
+         "units", wrong_slots(station)});
     station.expect_no_run();
     stage_ = Stage::wrong_units;
     return StepProgress::running();

@@ -48,7 +48,9 @@ class SetTemperature : public StepTask {
     if (!below_c || step_.temp_c >= *below_c || station.campaign.purge_confirmed) return true;
     if (!asked_for_purge_) {
       station.prompts.ask(
-          fmt::format("Switch the dry-air purge on, then confirm: the next set point is {:+.1f} °C.", step_.temp_c));
+          {fmt::format("Switch the dry-air purge on, then confirm: the next set point is {:+.1f} °C.", step_.temp_c),
+           "dry_air",
+           {{"temp_c", step_.temp_c}}});
       asked_for_purge_ = true;
     }
     if (!station.prompts.take_answer()) return false;

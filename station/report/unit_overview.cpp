@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "station/report/unit_overview.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -93,29 +95,51 @@ json sensor_part(const std::string& name, const json& sensor) {
   return part;
 }
 
+base::Result<json> model_part(const db::Catalog& catalog, const db::ModelRow& model, bool simulated, const json& fit) {
+  json part = model_head(model);
+  auto terms = terms_part(catalog, model);
+  if (!terms) return base::forward_error(terms);
+  part["terms"] = *std::move(terms);
+  part["simulated"] = simulated;
+  part["sensors"] = json::object();
+  for (const auto& [name, sensor] : fit.at("sensors").items()) part["sensors"][name] = sensor_part(name, sensor);
+  return part;
+}
+
+json fit_of(const db::ModelRow& model) { return json::parse(model.document, nullptr, false)["fit"]; }
+
 base::Status add_model(const db::Catalog& catalog, const db::ModelRow& model, json& overview) {
   const auto calibration = calib::calibration_of(model.document);
   if (!calibration) return base::forward_error(calibration);
   const auto runs = runs_of_model(catalog, *calibration);
   if (!runs) return base::forward_error(runs);
-  const json fit = json::parse(model.document, nullptr, false)["fit"];
-  json part = model_head(model);
-  auto terms = terms_part(catalog, model);
-  if (!terms) return base::forward_error(terms);
-  part["terms"] = *std::move(terms);
-  part["simulated"] = calibration->simulated;
-  part["sensors"] = json::object();
-  for (const auto& [name, sensor] : fit.at("sensors").items()) part["sensors"][name] = sensor_part(name, sensor);
+  const json fit = fit_of(model);
+  auto part = model_part(catalog, model, calibration->simulated, fit);
+  if (!part) return base::forward_error(part);
   calib::WarningList warnings;
   if (calibration->simulated) {
     warnings.add({"simulated", "the model comes from SIMULATED data: it is not of a real unit"});
   }
   for (const calib::Warning& warning : runs->warnings) warnings.add(warning);
   warnings.add_fit(fit);
-  overview["model"] = std::move(part);
+  overview["model"] = *std::move(part);
   overview["warnings"] = warnings.take();
   overview["verify_with"] = fresh_campaigns(*runs);
   return {};
+}
+
+base::Result<db::UnitRow> known_unit(const db::Catalog& catalog, const std::string& serial) {
+  auto unit = catalog.unit(serial);
+  if (!unit) return base::forward_error(unit);
+  if (!*unit) return base::bad_input("there is no such unit; /api/v1/units lists those that there are", "unit");
+  return **std::move(unit);
+}
+
+/// Which versions there are instead: they count from 1.
+base::Result<std::string> newest_text(const db::Catalog& catalog, const std::string& serial) {
+  const auto newest = catalog.model(serial);
+  if (!newest) return base::forward_error(newest);
+  return *newest ? fmt::format("its newest is {}", (*newest)->version) : std::string("it has none yet");
 }
 
 }  // namespace
@@ -148,20 +172,36 @@ base::Result<json> units_overview(const db::Catalog& catalog) {
 }
 
 base::Result<json> unit_overview(const db::Catalog& catalog, const std::string& serial) {
-  const auto unit = catalog.unit(serial);
+  const auto unit = known_unit(catalog, serial);
   if (!unit) return base::forward_error(unit);
-  if (!*unit) return base::bad_input("there is no such unit; /api/v1/units lists those that there are", "unit");
   const auto runs = catalog.runs({.unit = serial, .campaign = {}, .run = {}});
   if (!runs) return base::forward_error(runs);
   const auto model = catalog.model(serial);
   if (!model) return base::forward_error(model);
-  json overview = {{"unit", serial},   {"type", (*unit)->type},     {"epoch", (*unit)->epoch},
+  json overview = {{"unit", serial},   {"type", unit->type},        {"epoch", unit->epoch},
                    {"model", nullptr}, {"warnings", json::array()}, {"verify_with", json::array()}};
-  overview.update(run_counts(*runs, **unit));
+  overview.update(run_counts(*runs, *unit));
   if (*model) {
     if (auto added = add_model(catalog, **model, overview); !added) return base::forward_error(added);
   }
   return overview;
+}
+
+base::Result<json> model_overview(const db::Catalog& catalog, const std::string& serial, std::int32_t version) {
+  const auto unit = known_unit(catalog, serial);
+  if (!unit) return base::forward_error(unit);
+  const auto model = catalog.model(serial, version);
+  if (!model) return base::forward_error(model);
+  if (!*model) {
+    const auto newest = newest_text(catalog, serial);
+    if (!newest) return base::forward_error(newest);
+    return base::bad_input(fmt::format("unit {} has no model {}: {}", serial, version, *newest), "version");
+  }
+  const auto calibration = calib::calibration_of((*model)->document);
+  if (!calibration) return base::forward_error(calibration);
+  auto part = model_part(catalog, **model, calibration->simulated, fit_of(**model));
+  if (!part) return part;
+  return json{{"unit", serial}, {"model", *std::move(part)}};
 }
 
 base::Result<std::string> doubt_of_model(const db::Catalog& catalog, const std::string& serial) {

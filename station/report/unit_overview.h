@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
@@ -18,6 +19,12 @@ namespace soak::station {
 /// and the campaigns whose runs that model has not seen (docs/schema/http-unit.schema.json, but for what jobs know).
 /// Refuses (bad_input, where == "unit") an unknown unit; (corrupt) a damaged model.
 [[nodiscard]] base::Result<nlohmann::json> unit_overview(const db::Catalog& catalog, const std::string& serial);
+
+/// One version of a unit's model as unit_overview() has the newest, without warnings: {unit, model}
+/// (docs/schema/http-model.schema.json). Refuses (bad_input, where == "unit") an unknown unit; (bad_input,
+/// where == "version") a version that there is not; (corrupt) a damaged model.
+[[nodiscard]] base::Result<nlohmann::json> model_overview(const db::Catalog& catalog, const std::string& serial,
+                                                          std::int32_t version);
 
 /// What was withdrawn since of what the newest model of a unit rests on, in words; empty where nothing was.
 [[nodiscard]] base::Result<std::string> doubt_of_model(const db::Catalog& catalog, const std::string& serial);

@@ -223,6 +223,7 @@ class Campaign(LabTest):
         fixture = self.modbus("fixture")
         for up in ("+Z", "-Z"):
             status = self.wait("a prompt", lambda s: s["prompt"] and up in s["prompt"]["text"])
+            self.check_schema(status, "campaign-status")
             self.assertEqual(status["state"], "waiting")
             self.soak_fails(2, "campaign", "confirm", "--prompt", status["prompt"]["id"] + 1000)
             fixture.write_register(0, 1 + ("+X", "-X", "+Y", "-Y", "+Z", "-Z").index(up), 1)

@@ -184,6 +184,7 @@ class Suspension(LabTest):
         self.assertEqual(status["state"], "waiting", status["reason"])
         for word in ("0380A001", "0380A009", "--unit 1=0380A001"):
             self.assertIn(word, status["prompt"]["text"])
+        self.check_schema(status, "campaign-status")
         self.assertEqual(self.chamber()[0], bench.OFF, "nothing has moved")
         asked = status["prompt"]["id"]
         self.lab.soak("campaign", "confirm")

@@ -252,6 +252,7 @@ port = 1
         status = self.wait("the question", lambda s: s["prompt"] is not None)
         self.assertEqual(status["campaign"]["step_kind"], "set_temperature")
         self.assertIn("+15.0 °C", status["prompt"]["text"])
+        self.check_schema(status, "campaign-status")
         self.assertEqual(status["state"], "waiting")
         self.assertEqual(self.chamber()[2], 21.0, "the chamber still holds the set point before")
         self.lab.soak("campaign", "confirm")

@@ -221,7 +221,7 @@ TEST_F(RunSealing, WhatIsLeftBehindIsEnteredBesideTheLoop) {
 TEST_F(RunSealing, WhileTheOperatorIsAskedOnlyTheLastSamplesBeforeTheRunAreKept) {
   constexpr std::size_t kRows = 200'000;
   station_->expect_run();
-  station_->prompts.ask("Switch the units off and on.");
+  station_->prompts.ask({"Switch the units off and on.", "power"});
   stream_.rows_per_poll = kRows / 50;
   for (int i = 0; i < 50; ++i) ASSERT_TRUE(station_->poll());
   station_->prompts.withdraw();

@@ -55,6 +55,23 @@ TEST_F(WrongFace, IsAskedForAgainWithinSeconds) {
   EXPECT_EQ(follow(*task, 10.0), StepState::done);
 }
 
+TEST_F(WrongFace, TheQuestionSaysWithoutItsSentenceWhatIsAsked) {
+  const auto task = move_to("-Z");
+  ASSERT_EQ(follow(*task, 1.0), StepState::running);
+  ASSERT_TRUE(asks());
+  EXPECT_EQ(station_->prompts.open()->code, "position");
+  EXPECT_EQ(std::get<std::string>(station_->prompts.open()->about.at("position")), "-Z");
+  EXPECT_EQ(std::get<std::vector<std::string>>(station_->prompts.open()->about.at("wrong")),
+            std::vector<std::string>{});
+  stream_.accel_mps2 = {0.0F, kGravity_mps2, 0.0F};
+  ASSERT_TRUE(confirm());
+  ASSERT_EQ(task->poll(*station_).state, StepState::running);
+  ASSERT_EQ(follow(*task, 100.0), StepState::running);
+  ASSERT_TRUE(asks());
+  EXPECT_EQ(std::get<std::vector<std::string>>(station_->prompts.open()->about.at("wrong")),
+            std::vector{station_->units.front()->serial()});
+}
+
 TEST_F(WrongFace, ATiltedUnitIsNotToldThatItsRightFaceIsAWrongOne) {
   const auto task = move_to("+X");
   stream_.accel_mps2 = {0.97F * kGravity_mps2, 0.24F * kGravity_mps2, 0.0F};  // 14 degrees

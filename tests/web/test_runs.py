@@ -30,12 +30,25 @@ def wrong_face(text):
     return "\n".join(lines) + "\n"
 
 
+PAUSE_S = 600.0  # of the run R05, after its first plateau
+
+
+def with_pause(text):
+    """The recording with a pause before its plateau at 20 °C."""
+    lines = [line.split(",") for line in text.splitlines()]
+    for cells in lines[1:]:
+        if cells[4] == "20.0":
+            cells[0] = f"{float(cells[0]) + PAUSE_S:.1f}"
+    return "\n".join(",".join(cells) for cells in lines) + "\n"
+
+
 class StoredRuns(Soakd):
     """A station with stored runs."""
 
     def store_all(self):
         self.store("spring", "R01", wrong_face(recording(1, "R01", (0.0, 20.0, 40.0), 60)))
         self.store("spring", "R02", recording(2, "R02", (0.0, 20.0, 40.0), 60))
+        self.store("paused", "R05", with_pause(recording(5, "R05", (0.0, 20.0), 90)))
         self.store(HOSTILE, "R03", recording(3, "R03", (0.0, 40.0), 10), unit=HOSTILE)
 
     def store(self, campaign, label, text, unit="SN1"):
@@ -53,6 +66,13 @@ class WithSoakd(unittest.TestCase):
 
     def name(self, label):
         return {"run": self.runs[label]["run_id"], "unit": self.runs[label]["unit"]}
+
+    def exported(self, label):
+        """The source's own numbers."""
+        path = self.soakd.folder / f"{label}-exported.csv"
+        self.soakd.soak("runs", "export", label, "--native", "-o", path)
+        with open(path, encoding="utf-8", newline="") as file:
+            return list(csv.DictReader(file))
 
 
 class Interface(WithSoakd):
@@ -77,13 +97,6 @@ class Interface(WithSoakd):
         self.assertAlmostEqual(stream["channels"][0]["rate_hz"], 2.0)
         refused = [s for s in answer["segments"] if any(f["severity"] == "reject" for f in s["findings"])]
         self.assertEqual([{key: s[key] for key in REFUSED} for s in refused], [REFUSED])
-
-    def exported(self, label):
-        """The source's own numbers."""
-        path = self.soakd.folder / f"{label}-exported.csv"
-        self.soakd.soak("runs", "export", label, "--native", "-o", path)
-        with open(path, encoding="utf-8", newline="") as file:
-            return list(csv.DictReader(file))
 
     def test_samples_are_those_of_the_native_export_bit_for_bit(self):
         rows = self.exported("R02")
@@ -165,7 +178,61 @@ class WithBrowser(WithSoakd):
             {"type": "pointer", "id": "mouse", "parameters": {"pointerType": "mouse"}, "actions": moves}]})
 
 
+# Every rectangle that is drawn into the first panel from now on, with the way across and down of its edges.
+RECTANGLES = """
+window.rectangles = [];
+const fill = CanvasRenderingContext2D.prototype.fillRect;
+CanvasRenderingContext2D.prototype.fillRect = function (x, y, w, h) {
+  if (this.canvas.closest('.panel') === document.querySelector('#strip-panels .panel') && this.globalAlpha > 0.29 && this.globalAlpha < 0.31) window.rectangles.push([x, y, w, h]);
+  fill.call(this, x, y, w, h);
+};"""
+
+
 class Page(WithBrowser):
+    def drawn_band(self, label):
+        """Rectangles of the band of gyro y of a whole run, from left to right."""
+        self.open_run(label)
+        self.wait_for_chart("buckets")
+        self.browser.run("document.querySelectorAll('#strip-channels input').forEach((box) => { if (box.checked && box.value !== 'imu/gyro_y') box.click(); })")
+        self.browser.wait("return document.querySelectorAll('#strip-panels .panel').length === 1 && document.querySelector('#strip').getAttribute('aria-busy') === 'false'")
+        self.browser.run(RECTANGLES)
+        self.browser.click("#strip-all")
+        self.browser.wait("return window.rectangles.length > 100 && document.querySelector('#strip').getAttribute('aria-busy') === 'false'")
+        drawn = self.browser.run("return window.rectangles")
+        return drawn[max(i for i, (x, *_) in enumerate(drawn) if x == min(x for x, *_ in drawn)):]  # of the last time it was drawn
+
+    def assert_encloses(self, drawn, samples):
+        """Each rectangle from the least to the greatest of the samples (time, value) that it stands for. Pixels are an affine function of time
+        and value: the ends of the band, its highest and its lowest edge, give both."""
+        times, values = zip(*samples)
+        left, right = drawn[0][0], drawn[-1][0] + drawn[-1][2]
+        top, bottom = min(y for _, y, _, _ in drawn), max(y + height for _, y, _, height in drawn)
+        time_at = lambda x: times[0] + (times[-1] - times[0]) * (x - left) / (right - left)
+        value_at = lambda y: max(values) - (max(values) - min(values)) * (y - top) / (bottom - top)
+        for x, y, width, height in drawn:
+            within, around = ([value for t, value in samples if time_at(x - out) <= t <= time_at(x + width + out)] for out in (-3, 3))  # pixels
+            for of, edge in ((max, value_at(y)), (min, value_at(y + height))):
+                sign = 1 if of is max else -1
+                self.assertLessEqual(sign * edge, sign * of(around) + 1e-4)
+                if within:
+                    self.assertGreaterEqual(sign * edge, sign * of(within) - 1e-4)
+
+    def test_the_band_of_a_line_reaches_its_least_and_greatest_sample_without_a_gap(self):
+        drawn = self.drawn_band("R02")
+        for (x, _, width, _), (following, *_) in zip(drawn, drawn[1:]):
+            self.assertEqual(x + width, following)
+        self.assert_encloses(drawn, [(float(row["t_s"]), float(row["gy_dps"])) for row in self.exported("R02")])
+
+    def test_the_band_of_a_line_is_open_while_nothing_was_recorded(self):
+        drawn = self.drawn_band("R05")
+        samples = [(float(row["t_s"]), float(row["gy_dps"])) for row in self.exported("R05")]
+        gaps = [(x + width, following) for (x, _, width, _), (following, *_) in zip(drawn, drawn[1:]) if x + width != following]
+        self.assertEqual(len(gaps), 1)
+        end, begin = gaps[0]
+        pixels_per_s = (drawn[-1][0] + drawn[-1][2] - drawn[0][0]) / (samples[-1][0] - samples[0][0])
+        self.assertAlmostEqual((begin - end) / pixels_per_s, PAUSE_S, delta=4 / pixels_per_s)  # pixels: half a stretch at both ends
+        self.assert_encloses(drawn, samples)
+
     def test_the_list_is_reached_from_the_station_and_says_what_became_of_each_run(self):
         self.browser.go(self.soakd.url)
         self.browser.click("#to-runs")

@@ -410,6 +410,67 @@ class Page(WithStation):
         self.assertIn("run r1", self.browser.text("#unit-jobs li"))
         self.assertEqual(self.browser.console(), [])
 
+    def test_an_older_version_lies_beside_the_newest_on_the_same_axes(self):
+        self.soakd.soak("fit", "--unit", OTHER)
+        runs = self.soakd.get("runs", unit=OTHER, campaign="campaign")["runs"]
+        self.soakd.soak("runs", "void", runs[0]["run_id"], "--unit", OTHER, "--reason", "test", "--user", "Eva")
+        self.soakd.soak("fit", "--unit", OTHER)
+        newest = self.soakd.get("unit", unit=OTHER)["model"]
+        older = self.soakd.get("model", unit=OTHER, version=newest["version"] - 1)
+        check_schema(older, "http-model")
+        self.assertNotEqual(older["model"]["sensors"]["gyro_x"]["curve"], newest["sensors"]["gyro_x"]["curve"])
+        self.open_unit(OTHER)
+        self.browser.wait("return document.querySelectorAll('#unit-curves .sensor').length === 6")
+        self.assertEqual(self.browser.run("return document.querySelectorAll('#unit-curves .older').length"), 0)
+        self.browser.run("""const choice = document.querySelector('#unit-older'); choice.value = arguments[0];
+            choice.dispatchEvent(new Event('change'));""", str(older["model"]["version"]))
+        self.browser.wait("return document.querySelectorAll('#unit-curves svg .line.older').length === 6")
+        self.assertEqual(self.browser.run("return document.querySelectorAll('#unit-curves svg .band.older').length"), 6)
+        self.see("#unit-curves .sensor .legend", f"model {older['model']['version']}")
+        ways = self.browser.run("""return ['.line.curve', '.line.older'].map((style) =>
+            document.querySelector(`#unit-sensors > :nth-child(1) svg ${style}`).getAttribute('d').slice(1).split('L').map((p) => p.split(' ').map(Number)))""")
+        drawn = [[point for point in model["sensors"]["accel_x"]["curve"]] for model in (newest, older["model"])]
+        # Pixels are one affine function of temperature and bias for both: found from the newest, it gives the other.
+        for axis, key in ((0, "temp_c"), (1, "bias")):
+            low, high = (pick(range(len(drawn[0])), key=lambda i: drawn[0][i][key]) for pick in (min, max))
+            scale = (ways[0][high][axis] - ways[0][low][axis]) / (drawn[0][high][key] - drawn[0][low][key])
+            for way, point in zip(ways[1], drawn[1], strict=True):
+                self.assertAlmostEqual(way[axis], ways[0][low][axis] + scale * (point[key] - drawn[0][low][key]), delta=0.5)  # rounded to 0.1 of a pixel
+        self.assertEqual(self.browser.console(), [])
+
+    def test_a_version_that_cannot_be_had_is_told_of_that_choice_alone(self):
+        while (self.soakd.get("unit", unit=OTHER)["model"] or {"version": 0})["version"] < 2:
+            self.soakd.soak("fit", "--unit", OTHER)
+        self.open_unit(OTHER)
+        self.browser.wait("return document.querySelectorAll('#unit-older option').length > 1")
+        self.browser.run("""const real = window.fetch;
+            window.fetch = (...asked) => (String(asked[0]).includes('model?') ? new Promise((done, fail) => (window.lose = () => fail(new TypeError('lost')))) : real(...asked));""")
+        choose = "const choice = document.querySelector('#unit-older'); choice.value = arguments[0]; choice.dispatchEvent(new Event('change'));"
+        failed = "return !document.querySelector('#unit-older-failure').hidden"
+        self.browser.run(choose, "1")
+        self.browser.run("window.lose()")
+        self.browser.wait(failed)
+        self.browser.run(f"location.hash = 'unit={SERIAL}'")
+        self.see("#unit-title", SERIAL)
+        self.assertFalse(self.browser.run(failed), "of another unit")
+        self.browser.run(f"location.hash = 'unit={OTHER}'")
+        self.browser.wait("return document.querySelectorAll('#unit-older option').length > 1 && document.querySelector('#unit-curves').hidden === false")
+        self.browser.run(choose, "1")
+        self.browser.run(choose, "")
+        self.browser.run("window.lose(); return new Promise((done) => setTimeout(done, 100));")
+        self.assertFalse(self.browser.run(failed), "of a choice that was taken back")
+
+    def test_a_version_that_there_is_not_is_refused(self):
+        newest = self.soakd.get("unit", unit=OTHER)["model"]
+        instead = f"its newest is {newest['version']}" if newest else "it has none yet"
+        for serial, version, where, says in ((OTHER, "0", "version", "from 1 on"), (OTHER, "99", "version", instead), (OTHER, "x", "version", "from 1 on"),
+                                             ("nobody", "1", "unit", "/api/v1/units")):
+            with self.assertRaises(urllib.error.HTTPError) as refused:
+                self.soakd.get("model", unit=serial, version=version)
+            error = json.load(refused.exception)["error"]
+            self.assertEqual((refused.exception.code, error["where"]), (400, where))
+            self.assertIn(says, error["message"])
+
     def test_names_are_text(self):
         for name in HOSTILE:
             self.open_unit(name)
