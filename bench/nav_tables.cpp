@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tables 4.1 and 7.2 to 7.6 of the thesis: what wavelets and an ANFIS take off a filter's errors in outages of 30 s, in
-// the thesis' own set-up (what is judged has been learnt) beside drives and outages that no training saw. Simulated
-// drives of three units; with a drive file as argument that recording too.
+// Tables 4.1 and 7.2 to 7.6 of the thesis: what wavelets and an ANFIS take off a filter's errors in outages of 30 s.
+// The ANFIS has learnt by heart (the truth of the very outages), or artificial outages of the same drive, or those of
+// other drives. Simulated drives of three units; with a drive file as argument that recording too.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -32,9 +32,10 @@ constexpr int kDrives = 4;
 /// On each drive, as many as in table 7.3.
 constexpr std::size_t kOutages = 10;
 constexpr int kDrivesToLearnFrom = 8;
-/// Of the drives that are judged, and of those that teach: no others in the project.
-constexpr std::uint64_t kSeed = 7000;
-constexpr std::uint64_t kSeedToLearnFrom = 8000;
+/// Of the drives that are judged, and of those that teach. `soak nav compare` takes a thousand times its seed and the
+/// few after that: these lie between.
+constexpr std::uint64_t kSeed = 52'417'500;
+constexpr std::uint64_t kSeedToLearnFrom = 52'418'500;
 
 nav::Drive drive_of(const nav::UnitErrors& errors, std::uint64_t seed) {
   DriveRequest request;
@@ -53,7 +54,7 @@ nav::ErrorModel learnt_elsewhere(const nav::UnitErrors& errors) {
   return learnt_errors(drives).value();
 }
 
-/// The errors of the filter alone in an outage, against the truth: what the thesis' own set-up learns.
+/// The errors of the filter alone in an outage, against the truth.
 nav::ErrorWindow errors_against_truth(const nav::Drive& drive, const nav::Outage& outage) {
   const nav::FilterSetup setup = nav::set_up(raw_filter(), nav::with_outage(drive, outage)).value();
   nav::FilterRun run(setup.drive, setup.start, setup.options);
@@ -100,6 +101,22 @@ void run_into(Column& column, const nav::Drive& drive, const std::vector<nav::Ou
   std::move(results.begin(), results.end(), std::back_inserter(column.results));
 }
 
+/// 1 less the ratio of the mean horizontal RMSE to that of the first pipeline, outages paired.
+nav::Estimate rmse_gain(const Column& column, std::size_t pipeline) {
+  return nav::bootstrap(
+      column.results.size(),
+      [&](std::span<const std::size_t> drawn) {
+        double sum_m = 0.0;
+        double first_m = 0.0;
+        for (const std::size_t i : drawn) {
+          sum_m += column.results[i].pipelines[pipeline].horizontal_rmse_m;
+          first_m += column.results[i].pipelines.front().horizontal_rmse_m;
+        }
+        return 1.0 - sum_m / first_m;
+      },
+      1);
+}
+
 std::string with_interval(const nav::Estimate& estimate, double factor) {
   return fmt::format("{:.1f} [{:.1f}, {:.1f}]", factor * estimate.value, factor * estimate.low, factor * estimate.high);
 }
@@ -109,18 +126,21 @@ std::string along_axes(const Column& column, std::size_t pipeline, Eigen::Vector
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (const OutageResult& result : column.results) sum += (result.pipelines[pipeline].*member).cwiseAbs();
   sum /= static_cast<double>(column.results.size());
-  return fmt::format("{:.1f}/{:.1f}/{:.1f}", sum.y(), sum.x(), sum.z());
+  return fmt::format("{:.2f}/{:.2f}/{:.2f}", sum.y(), sum.x(), sum.z());
 }
 
 void print(const char* title, const Column& column) {
-  fmt::print("{}, {} outages\n  {:<16} {:<22} {:<22} {:<18} {:<18} {}\n", title, column.results.size(), "pipeline",
-             "final m [95 %]", "less than raw %", "RMSE N/E/U m", "final N/E/U m", "final velocity N/E/U m/s");
+  constexpr std::string_view kRow = "  {:<16} {:<20} {:<22} {:<20} {:<22} {:<20} {:<20} {:<15} {}\n";
+  fmt::print("{}, {} outages\n", title, column.results.size());
+  fmt::print(kRow, "pipeline", "RMSE m [95 %]", "less than raw %", "final m [95 %]", "less than raw %", "RMSE N/E/U m",
+             "final N/E/U m", "RMSE N/E/U m/s", "final N/E/U m/s");
   const auto summaries = nav::summarize(column.results, column.pipelines, 1);
   for (std::size_t p = 0; p < column.pipelines.size(); ++p) {
-    fmt::print("  {:<16} {:<22} {:<22} {:<18} {:<18} {}\n", column.pipelines[p].name,
-               with_interval(summaries[p].horizontal_final_m, 1.0), with_interval(summaries[p].gain, 100.0),
-               along_axes(column, p, &OutageErrors::position_rmse_m),
+    fmt::print(kRow, column.pipelines[p].name, with_interval(summaries[p].horizontal_rmse_m, 1.0),
+               with_interval(rmse_gain(column, p), 100.0), with_interval(summaries[p].horizontal_final_m, 1.0),
+               with_interval(summaries[p].gain, 100.0), along_axes(column, p, &OutageErrors::position_rmse_m),
                along_axes(column, p, &OutageErrors::position_final_m),
+               along_axes(column, p, &OutageErrors::velocity_rmse_mps),
                along_axes(column, p, &OutageErrors::velocity_final_mps));
   }
   std::fflush(stdout);
@@ -140,20 +160,28 @@ std::vector<Pipeline> held_out_pipelines(const nav::ErrorModel& model,
   return pipelines;
 }
 
+/// The pipelines that stay as they have learnt and are always believed.
+std::vector<Pipeline> believing_pipelines(const nav::ErrorModel& model) {
+  return {nav::filter_pipeline(raw_filter()), nav::wmra_batch(raw_filter()),
+          nav::anfis_position(raw_filter(), model, nav::Learning::off_line),
+          nav::anfis_updates(raw_filter(), model, nav::Learning::off_line)};
+}
+
 void compare(const std::string& title, const std::vector<nav::Drive>& drives, std::size_t number,
              const nav::ErrorModel& elsewhere, const std::optional<nav::Correction>& calibration) {
-  Column own;
+  Column by_heart;
+  Column same_drive;
   Column held_out{held_out_pipelines(elsewhere, calibration), {}};
   for (const nav::Drive& drive : drives) {
     const auto outages = nav::spread_outages(drive, kFirst_s, kLength_s, number).value();
-    const nav::ErrorModel by_heart = learnt_by_heart(drive, outages);
-    own.pipelines = {nav::filter_pipeline(raw_filter()), nav::wmra_batch(raw_filter()),
-                     nav::anfis_position(raw_filter(), by_heart, nav::Learning::off_line),
-                     nav::anfis_updates(raw_filter(), by_heart, nav::Learning::off_line)};
-    run_into(own, drive, outages);
+    by_heart.pipelines = believing_pipelines(learnt_by_heart(drive, outages));
+    run_into(by_heart, drive, outages);
+    same_drive.pipelines = believing_pipelines(learnt_errors({&drive, 1}).value());
+    run_into(same_drive, drive, outages);
     run_into(held_out, drive, outages);
   }
-  print((title + ": the thesis' own set-up").c_str(), own);
+  print((title + ": by heart (truth of the same outages)").c_str(), by_heart);
+  print((title + ": same drive (its artificial outages, before and after)").c_str(), same_drive);
   print((title + ": held out").c_str(), held_out);
 }
 

@@ -110,6 +110,7 @@ void NavigationFilter::predict(const Vector3d& rate_rps, const Vector3d& force_m
 
 bool NavigationFilter::passes_gate(const Innovation& innovation, Kind kind) {
   const bool passes = innovation.nis <= gate_[static_cast<std::size_t>(innovation.degrees_of_freedom)];
+  if (kind == Kind::computed) return true;
   int& left_out = left_out_[kind];
   // Only a receiver can be right against the filter; that the vehicle stands or does not slide is no more than assumed.
   const bool is_read = kind == Kind::position || kind == Kind::velocity;
@@ -181,20 +182,20 @@ Geodetic NavigationFilter::antenna() const { return moved(state().position, leve
 
 Vector3d NavigationFilter::antenna_velocity_mps() const { return state().velocity_mps + lever_velocity_mps(); }
 
-Innovation NavigationFilter::update_position(const GnssFix& fix) {
+NavigationFilter::Measurement NavigationFilter::position_by(const GnssFix& fix, Kind kind) const {
   // r̂ + R̂ l − r_gnss = δr + (R l) × φ
-  Measurement at{Kind::position};
+  Measurement at{kind};
   at.h.block<3, 3>(0, kPosition).setIdentity();
   at.h.block<3, 3>(0, kAttitude) = skew(lever_level_m());
   at.z = offset_m(fix.position, antenna());
   at.variance = fix.position_sigma_m.cwiseAbs2();
-  return update(at);
+  return at;
 }
 
-Innovation NavigationFilter::update_velocity(const GnssFix& fix) {
+NavigationFilter::Measurement NavigationFilter::velocity_by(const GnssFix& fix, Kind kind) const {
   // v̂ + R̂ (ω̂ × l) − v_gnss = δv + R (ω × l) × φ − R [l×] δω
   const Matrix3d r = to_matrix(state().body_to_level);
-  Measurement over{Kind::velocity};
+  Measurement over{kind};
   over.h.block<3, 3>(0, kVelocity).setIdentity();
   over.h.block<3, 3>(0, kAttitude) = skew(r * cross(rate_rps_, lever_arm_m_));
   over.h.block<3, 3>(0, kGyroBias) = -r * skew(lever_arm_m_);
@@ -203,7 +204,16 @@ Innovation NavigationFilter::update_velocity(const GnssFix& fix) {
   }
   over.z = antenna_velocity_mps() - fix.velocity_mps;
   over.variance = fix.velocity_sigma_mps.cwiseAbs2();
-  return update(over);
+  return over;
+}
+
+Innovation NavigationFilter::update_position(const GnssFix& fix) { return update(position_by(fix, Kind::position)); }
+
+Innovation NavigationFilter::update_velocity(const GnssFix& fix) { return update(velocity_by(fix, Kind::velocity)); }
+
+void NavigationFilter::update_computed(const GnssFix& fix) {
+  update(position_by(fix, Kind::computed));
+  update(velocity_by(fix, Kind::computed));
 }
 
 Innovation NavigationFilter::update_standstill(double sigma_mps) {

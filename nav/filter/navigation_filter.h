@@ -73,6 +73,9 @@ class NavigationFilter {
 
   Innovation update_position(const GnssFix& fix);
   Innovation update_velocity(const GnssFix& fix);
+  /// Position and velocity that were computed, not received. The gate is not asked, and the count of fixes that it left
+  /// out stays: whoever computed them says by their standard deviations how far to believe them.
+  void update_computed(const GnssFix& fix);
   /// The vehicle stands: its velocity is 0 with this standard deviation.
   Innovation update_standstill(double sigma_mps);
   /// The vehicle neither slides nor jumps. Body axes must be those of the vehicle.
@@ -91,7 +94,7 @@ class NavigationFilter {
   [[nodiscard]] Eigen::MatrixXd covariance() const;
 
  private:
-  enum Kind : std::uint8_t { position, velocity, standing, sideways };
+  enum Kind : std::uint8_t { position, velocity, standing, sideways, computed };
   /// Up to three measurements: unused rows have h = 0, z = 0 and variance 1.
   struct Measurement {
     Kind kind;
@@ -100,6 +103,8 @@ class NavigationFilter {
     Eigen::Vector3d variance = Eigen::Vector3d::Ones();
     int rows = 3;
   };
+  [[nodiscard]] Measurement position_by(const GnssFix& fix, Kind kind) const;
+  [[nodiscard]] Measurement velocity_by(const GnssFix& fix, Kind kind) const;
   Innovation update(const Measurement& measurement);
   template <int N>
   Innovation update_states(const Measurement& measurement);
@@ -126,7 +131,7 @@ class NavigationFilter {
   double interval_s_ = 0.0;                             ///< for which what follows was computed
   std::array<double, 6> bias_variance_{};               ///< half of what an interval adds: accelerometers, gyros
   std::array<double, 4> gate_{};                        ///< limit of the NIS by degrees of freedom
-  std::array<int, 4> left_out_{};                       ///< measurements of a kind in a row
+  std::array<int, 4> left_out_{};  ///< measurements in a row, of the kinds that the gate may leave out
 };
 
 }  // namespace soak::nav

@@ -12,7 +12,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// Length of artificial outages and of the window over which consequents learn [AH05 §7.1.1].
+/// Length of artificial outages, and the forgetting of the consequents as a window [AH05 §7.1.1].
 constexpr double kWindow_s = 30.0;
 /// Before the first artificial outage the filter finds its biases.
 constexpr double kSettling_s = 30.0;
@@ -98,9 +98,7 @@ std::vector<Solution> updated_solutions(const FilterSetup& setup, const Expectat
   for (const double wanted_s : t_s) {
     for (; next_s <= wanted_s; next_s += kUpdateEvery_s) {
       helped.advance_to(next_s);
-      const GnssFix fix = simulated_fix(alone, alone.advance_to(next_s), next_s);
-      helped.filter().update_position(fix);
-      helped.filter().update_velocity(fix);
+      helped.filter().update_computed(simulated_fix(alone, alone.advance_to(next_s), next_s));
     }
     helped.advance_to(wanted_s);
     const ExpectedError expected_now = alone.advance_to(wanted_s);
@@ -128,12 +126,15 @@ Pipeline anfis_pipeline(std::string name, std::string description, FilterPipelin
 
 Pipeline anfis_position(FilterPipeline filter, ErrorModel model, Learning learning) {
   return anfis_pipeline("anfis_position",
-                        "the filter's positions, corrected by the error that an ANFIS expects [AH05 §7.1]",
+                        "the filter's positions, corrected by the error that an ANFIS expects [AH05 §7.1]; beyond 30 s "
+                        "it expects what it does at 30 s",
                         std::move(filter), std::move(model), learning, corrected_positions);
 }
 
 Pipeline anfis_updates(FilterPipeline filter, ErrorModel model, Learning learning) {
-  return anfis_pipeline("anfis_updates", "the filter with simulated fixes that an ANFIS gives [AH05 §7.2]",
+  return anfis_pipeline("anfis_updates",
+                        "the filter with simulated fixes: the idea of [AH05 §7.2] with the errors of §7.1; beyond "
+                        "30 s it expects what it does at 30 s",
                         std::move(filter), std::move(model), learning, updated_solutions);
 }
 

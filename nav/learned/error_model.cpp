@@ -13,7 +13,7 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr std::size_t kFewestOutages = 4;
-constexpr double kStandardErrors = 1.0;
+constexpr double kStandardErrors = 2.0;
 /// Consequents begin as they were learnt off line: one outage must not overturn what many have taught.
 constexpr double kInitialCovariance = 3e-3;
 

@@ -62,9 +62,13 @@ struct ErrorLearning {
 
 /// An error model that follows a drive: its consequents learn from one artificial outage after the other, and each
 /// outage is first foretold, then learnt. What was foretold says whether to believe it.
+///
+/// What other drives taught weighs much: most of what is new on this drive is still to learn after the 18 outages of
+/// ten minutes. The bound of the consequents' variance says how fast it learns, more than the window does.
 class FollowingErrorModel {
  public:
-  /// `rows_per_window`: the consequents' window, in rows. Fails as anfis::OnlineConsequents does.
+  /// `rows_per_window`: 1 / (1 - forgetting) of the consequents, in rows; see above. Fails as anfis::OnlineConsequents
+  /// does.
   [[nodiscard]] static base::Result<FollowingErrorModel> of(const ErrorModel& model, double rows_per_window);
 
   /// Foretells the errors of the outage, notes how well, and learns them.
@@ -75,7 +79,7 @@ class FollowingErrorModel {
   [[nodiscard]] ExpectedError expected(const ErrorInputs& inputs) const;
 
   /// Whether corrections by what was foretold would have made the errors of past outages smaller: in the mean over
-  /// outages by more than the standard error of that mean, in at least four outages. East and north are judged
+  /// outages by more than two standard errors of that mean, in at least four outages. East and north are judged
   /// together, up by itself, position and velocity apart.
   [[nodiscard]] bool carries(std::size_t output) const;
 

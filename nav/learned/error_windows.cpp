@@ -20,12 +20,13 @@ constexpr double kSame_s = 1e-6;
 struct Going {
   FilterRun run;
   ErrorWindow* window;
+  double last_fix_s;  ///< before it began: from here a real outage counts
 };
 
 }  // namespace
 
 ErrorInputs error_inputs(const Drive& drive, const NavigationFilter& filter, double now_s, double since_fix_s) {
-  // A sample reads the time before it: the one that ends just beyond `now_s` still began within the second.
+  // Times that were computed in another way may lie a rounding beside the sample's.
   const auto end = std::ranges::upper_bound(drive.imu, now_s + kSame_s, {}, &ImuSample::t_s);
   auto first = std::ranges::upper_bound(drive.imu, now_s - kMeanOver_s + kSame_s, {}, &ImuSample::t_s);
   if (first == end) first = std::prev(end);
@@ -62,22 +63,23 @@ std::vector<ErrorWindow> error_windows(const FilterSetup& setup, std::span<const
   for (const double begin_s : begins_s) windows.push_back({begin_s, {}});
   FilterRun with_fixes(setup.drive, setup.start, setup.options);
   std::list<Going> going;
+  double last_fix_s = setup.start.t_s;
   auto next = std::ranges::lower_bound(begins_s, setup.start.t_s) - begins_s.begin();
   for (const GnssFix& fix : setup.drive.gnss) {
     if (fix.t_s <= setup.start.t_s) continue;
     for (; next < std::ssize(windows) && begins_s[static_cast<std::size_t>(next)] < fix.t_s - kSame_s; ++next) {
       ErrorWindow& window = windows[static_cast<std::size_t>(next)];
       with_fixes.advance_to(window.begin_s);
-      going.push_back({with_fixes, &window});
+      going.push_back({with_fixes, &window, last_fix_s});
       going.back().run.lose_fixes();
     }
     std::erase_if(going, [&](const Going& outage) { return fix.t_s > outage.window->begin_s + length_s + kSame_s; });
     with_fixes.advance_to(fix.t_s);
+    last_fix_s = fix.t_s;
     for (Going& outage : going) {
       outage.run.advance_to(fix.t_s);
       const NavigationFilter& filter = outage.run.filter();
-      outage.window->rows.push_back({fix.t_s,
-                                     error_inputs(setup.drive, filter, fix.t_s, fix.t_s - outage.window->begin_s),
+      outage.window->rows.push_back({fix.t_s, error_inputs(setup.drive, filter, fix.t_s, fix.t_s - outage.last_fix_s),
                                      error_outputs(filter, with_fixes.filter())});
     }
   }

@@ -44,8 +44,8 @@ struct ErrorWindow {
 };
 
 /// Artificial outages of a drive, beginning at `begins_s` (rising): in each the same filter goes on without fixes, and
-/// its error against the one that has them is noted at each fix [AH05 fig. 7.1]. An outage before the filter's start,
-/// or one that holds no fix, has no rows.
+/// its error against the one that has them is noted at each fix [AH05 fig. 7.1]. Time counts from the last fix before,
+/// as in a real outage. An outage before the filter's start, or one that holds no fix, has no rows.
 [[nodiscard]] std::vector<ErrorWindow> error_windows(const FilterSetup& setup, std::span<const double> begins_s,
                                                      double length_s);
 

@@ -50,13 +50,17 @@ base::Result<Denoised> denoised(std::span<const double> values) {
   return calib::signal::denoise(values, *wavelet, options);
 }
 
+base::Result<StreamingDenoiser> stream_with(std::span<const double> thresholds) {
+  const auto wavelet = calib::signal::wavelet_named(kWavelet);
+  if (!wavelet) return base::forward_error(wavelet);
+  return StreamingDenoiser::create(*wavelet, calib::signal::Shrinkage::soft, thresholds);
+}
+
 /// Thresholds from the first `known` values, then all values as they come out of a stream.
 base::Result<std::vector<double>> streamed(const std::vector<double>& values, std::size_t known) {
   const auto before = denoised(std::span(values).first(known));
   if (!before) return base::forward_error(before);
-  const auto wavelet = calib::signal::wavelet_named(kWavelet);
-  if (!wavelet) return base::forward_error(wavelet);
-  auto denoiser = StreamingDenoiser::create(*wavelet, calib::signal::Shrinkage::soft, before->thresholds);
+  auto denoiser = stream_with(before->thresholds);
   if (!denoiser) return base::forward_error(denoiser);
   calib::signal::StreamedSamples out;
   if (auto status = denoiser->push(values, out); !status) return base::forward_error(status);
@@ -64,25 +68,25 @@ base::Result<std::vector<double>> streamed(const std::vector<double>& values, st
   return std::move(out.signal);
 }
 
-/// Samples that a stream keeps inside: (2^L - 1)(F - 1), see StreamingDenoiser.
-constexpr std::size_t kLatency = ((1U << kLevels) - 1) * 15;
-
-/// Time up to which samples are final at `t_s`.
-double final_until_s(const Samples& samples, double t_s) {
-  const auto come = std::ranges::upper_bound(samples, t_s, {}, &ImuSample::t_s) - samples.begin();
-  return come > static_cast<std::ptrdiff_t>(kLatency) ? (samples.begin() + come - 1 - kLatency)->t_s
-                                                      : samples.front().t_s;
+/// Time up to which samples are final at `t_s`, of a stream that keeps `latency` samples inside.
+double final_until_s(const Samples& samples, double t_s, std::size_t latency) {
+  const auto come =
+      static_cast<std::size_t>(std::ranges::upper_bound(samples, t_s, {}, &ImuSample::t_s) - samples.begin());
+  return come > latency ? samples[come - 1 - latency].t_s : samples.front().t_s;
 }
 
 base::Result<std::vector<Solution>> solve_live(const FilterPipeline& parts, const Drive& seen,
                                                std::span<const double> t_s) {
   const auto setup = set_up(parts, seen);
   if (!setup) return base::forward_error(setup);
+  const auto any_stream = stream_with(std::vector<double>(kLevels, 0.0));
+  if (!any_stream) return base::forward_error(any_stream);
+  const std::size_t latency = any_stream->latency();
   const auto known = static_cast<std::size_t>(
       std::ranges::upper_bound(setup->drive.imu, setup->start.t_s, {}, &ImuSample::t_s) - setup->drive.imu.begin());
-  if (known < kLatency) {
+  if (known < latency) {
     return base::bad_input(
-        fmt::format("{} samples lie before the filter's start; wavelets need {} to know the noise", known, kLatency),
+        fmt::format("{} samples lie before the filter's start; wavelets need {} to know the noise", known, latency),
         seen.name);
   }
   Drive smooth = setup->drive;
@@ -91,7 +95,7 @@ base::Result<std::vector<Solution>> solve_live(const FilterPipeline& parts, cons
   FilterRun run(smooth, setup->start, setup->options);
   std::vector<Solution> solutions;
   for (const double wanted_s : t_s) {
-    run.advance_to(std::max(run.now_s(), final_until_s(smooth.imu, wanted_s)));
+    run.advance_to(std::max(run.now_s(), final_until_s(smooth.imu, wanted_s, latency)));
     FilterRun ahead(run, setup->drive);
     ahead.advance_to(wanted_s);
     solutions.push_back({ahead.filter().antenna(), ahead.filter().antenna_velocity_mps()});

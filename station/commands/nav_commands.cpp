@@ -3,9 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <functional>
 #include <iterator>
 #include <nlohmann/json.hpp>
+#include <system_error>
 
 #include "calib/model/model_document.h"
 #include "station/commands/command.h"
@@ -101,6 +103,7 @@ struct NavOutages final : Command {
 
  private:
   [[nodiscard]] base::Result<std::vector<nav::Drive>> drives_to_learn_from() const;
+  [[nodiscard]] std::vector<std::string> learnt_and_judged() const;
 };
 
 base::Result<std::vector<nav::Drive>> NavOutages::drives_to_learn_from() const {
@@ -116,7 +119,24 @@ base::Result<std::vector<nav::Drive>> NavOutages::drives_to_learn_from() const {
   return drives;
 }
 
+/// Judged files that the ANFIS learns from as well.
+std::vector<std::string> NavOutages::learnt_and_judged() const {
+  std::vector<std::string> both;
+  for (const std::string& file : files) {
+    const auto same = [&](const std::string& other) {
+      std::error_code unknown;
+      return std::filesystem::equivalent(file, other, unknown);
+    };
+    if (std::ranges::any_of(learn, same)) both.push_back(file);
+  }
+  return both;
+}
+
 base::Status NavOutages::run(Output& output) {
+  if (!learn.empty() && !needs_learning(also)) {
+    return base::bad_input("only an ANFIS learns: --also anfis_position or --also anfis_updates must come with it",
+                           "--learn");
+  }
   std::vector<nav::Drive> drives;
   for (const std::string& file : files) {
     auto drive = read_drive(file);
@@ -143,6 +163,7 @@ base::Status NavOutages::run(Output& output) {
   auto document = outages.compare(drives, pipelines, output);
   if (!document) return base::forward_error(document);
   if (!uncorrected.is_null()) (*document)["uncorrected"] = std::move(uncorrected);
+  if (auto both = learnt_and_judged(); !both.empty()) (*document)["learnt_and_judged"] = std::move(both);
   if (output.json()) return output.print_json(*document);
   output.print(comparison_text(*document));
   return {};

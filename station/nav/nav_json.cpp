@@ -89,6 +89,11 @@ std::string comparison_text(const json& comparison) {
     explained += fmt::format("The calibration file does not correct {}: these stayed raw.\n",
                              fmt::join(raw->get<std::vector<std::string>>(), ", "));
   }
+  if (const auto both = comparison.find("learnt_and_judged"); both != comparison.end()) {
+    explained += fmt::format(
+        "warning: the ANFIS learnt from {}, which it is judged by: its figures say nothing of other drives.\n",
+        fmt::join(both->get<std::vector<std::string>>(), ", "));
+  }
   return fmt::format("{} outages of {} s on {} drive(s); horizontal position, means over outages\n{}{}",
                      comparison["outages"].size(), comparison["length_s"].get<double>(), comparison["drives"].size(),
                      text_table(table), explained);

@@ -159,6 +159,11 @@ class Outages(SoakTest):
         self.assertEqual(error["where"], "--also")
         self.assertIn("--learn FILE.toml", error["message"])
 
+    def test_drives_to_learn_from_without_an_anfis_are_refused(self):
+        error = self.refusal("nav", "outages", write_drive(self.folder), "--also", "wmra", "--learn", "none.toml")
+        self.assertEqual(error["where"], "--learn")
+        self.assertIn("--also anfis_position", error["message"])
+
     def test_drives_too_short_to_learn_from_are_refused_with_what_they_hold(self):
         drive = write_drive(self.folder)
         error = self.refusal("nav", "outages", drive, "--also", "anfis_position", "--learn", drive)
@@ -180,18 +185,20 @@ class Outages(SoakTest):
         self.assertGreater(pipelines["physics"]["horizontal_final_m"]["value"], 0.5)
         self.assertGreater(max(outage["distance_m"] for outage in document["outages"]), 100.0)
 
-    def test_an_anfis_that_learnt_from_a_real_drive_does_no_harm_on_it(self):
+    def test_an_anfis_makes_no_outage_of_a_real_drive_worse(self):
         folder = shared_data("drive_rtk")
         if folder is None:
             self.skipTest("the recorded drive is not here")
         drive = self.write("real.toml", REAL_DRIVE.format(folder=folder))
         names = ("anfis_position", "anfis_updates")
         also = [argument for name in names for argument in ("--also", name)]
-        document = self.soak_json("nav-outages", "nav", "outages", drive, "--number", 5, "--first-s", 250, "--learn", drive, *also)
-        pipelines = by_name(document)
-        for name in names:
-            # Never worse than the filter alone by more than its interval.
-            self.assertGreaterEqual(pipelines[name]["gain"]["ci95"][1], 0.0)
+        document = self.soak_json("nav-outages", "nav", "outages", drive, "--number", 12, "--learn", drive, *also)
+        self.assertEqual(document["learnt_and_judged"], [str(drive)])
+        for outage in document["outages"]:
+            errors = outage["errors"]
+            for name in names:
+                # Belief from one standard error made 47 m of 25 m in one of the twelve.
+                self.assertLess(errors[name]["horizontal_final_m"], 1.1 * errors["raw"]["horizontal_final_m"] + 0.5)
 
 
 class Compare(SoakTest):
@@ -212,7 +219,7 @@ class Compare(SoakTest):
         self.assertIn("LOOKS AHEAD", pipelines["wmra_batch"]["description"])
         errors = document["outages"][0]["errors"]
         # 30 s of a MEMS unit lose metres; wavelets take off what averages out anyway.
-        self.assertAlmostEqual(errors["wmra"]["horizontal_final_m"], errors["raw"]["horizontal_final_m"], delta=5.0)
+        self.assertAlmostEqual(errors["wmra"]["horizontal_final_m"], errors["raw"]["horizontal_final_m"], delta=1.0)
         self.assertNotEqual(errors["wmra"], errors["raw"])
 
 

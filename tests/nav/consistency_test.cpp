@@ -149,5 +149,20 @@ TEST(Consistency, AFilterThatTrustsItsSensorsTooMuchIsFound) {
   EXPECT_LT(share_within(statistics_of(false, 0.5, 30).nees, 9), 0.3);
 }
 
+TEST(NavigationFilter, TakesAComputedFixWhereItLeavesOutAReceivedOne) {
+  Start start;
+  start.state.position = kOrigin;
+  NavigationFilter filter(start, FilterOptions{}, Vector3d::Zero());
+  const GnssFix far{1.0, moved(kOrigin, {100.0, 0.0, 0.0}), Vector3d::Ones(), Vector3d::Zero(), Vector3d::Ones()};
+  for (int i = 0; i < 9; ++i) EXPECT_FALSE(filter.update_position(far).used);
+  NavigationFilter helped = filter;
+  helped.update_computed(far);
+  // Both standard deviations are 1 m: half way.
+  EXPECT_NEAR(offset_m(kOrigin, helped.antenna()).x(), 50.0, 1e-3);
+  // What was left out stays counted: the eleventh received fix is used.
+  EXPECT_FALSE(helped.update_position(far).used);
+  EXPECT_TRUE(helped.update_position(far).used);
+}
+
 }  // namespace
 }  // namespace soak::nav

@@ -75,10 +75,10 @@ TEST(Wmra, ReadingsWithoutNoiseStayWhatTheyAre) {
 }
 
 TEST(Wmra, OfNoiseSomethingIsTakenOffAndThePositionHardlyMoves) {
-  // What three levels hold back averages out within 0.1 s: velocities differ by some mm/s.
+  // What three levels hold back averages out within 0.1 s; the biases that the filter learns in 130 s differ a little.
   for (const double change_m : changes_m(town(ahrs400ca(), 4))) {
     EXPECT_GT(change_m, 1e-4);
-    EXPECT_LT(change_m, 3.0);
+    EXPECT_LT(change_m, 0.8);
   }
 }
 
