@@ -457,7 +457,7 @@ class Page(WithStation):
         self.browser.wait("return document.querySelectorAll('#unit-older option').length > 1 && document.querySelector('#unit-curves').hidden === false")
         self.browser.run(choose, "1")
         self.browser.run(choose, "")
-        self.browser.run("window.lose(); return new Promise((done) => setTimeout(done, 100));")
+        self.browser.run("window.lose(); return new Promise(requestAnimationFrame);")  # whatever follows from a refusal is done before the next frame
         self.assertFalse(self.browser.run(failed), "of a choice that was taken back")
 
     def test_a_version_that_there_is_not_is_refused(self):
