@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -135,11 +136,11 @@ std::string procedure_text(const Procedure& procedure, const Plan& plan, const C
   const auto [coldest, warmest] = std::minmax_element(procedure.set_points_c.begin(), procedure.set_points_c.end());
   const double hours = plan.estimate_s() / kSecondsPerHour;
   return fmt::format(
-      "{}: {}, kind {}, {} set points from {:g} to {:g} °C\n{}{}estimated {:.1f} h ({:.1f} days), at most {:.2f} GB of "
+      "{}: {}, kind {}, {} set points from {:g} to {:g} °C\n{}{}estimated {:.1f} h ({:.1f} days), at most {:.0f} MB of "
       "recordings for each unit\n",
       procedure.name, name_of(procedure.purpose), name_of(procedure.kind), procedure.set_points_c.size(), *coldest,
       *warmest, reference_line(procedure), rating_lines(types), hours, hours / 24.0,
-      1e-9 * estimated_unit_bytes(procedure, plan));
+      std::ceil(1e-6 * estimated_unit_bytes(procedure, plan)));
 }
 
 /// The types that the user named, also those that state no limits, which read_procedure() then reports.

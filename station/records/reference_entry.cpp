@@ -76,10 +76,11 @@ base::Status check_numbers(const EnteredReference& entry, const calib::Reference
 
 base::Status check_dates(const calib::Reference& reference, double now_s) {
   if (reference.issued_utc_s > now_s) {
-    return base::bad_input("is in the future; check the date and the computer's clock", "issued");
+    return base::bad_input("the date of issue is in the future; check it and the computer's clock", "issued");
   }
   if (reference.due_utc_s > reference.issued_utc_s) return {};
-  return base::bad_input(fmt::format("must be after the date of issue, {}", iso_date(reference.issued_utc_s)), "due");
+  return base::bad_input(
+      fmt::format("the due date must be after the date of issue, {}", iso_date(reference.issued_utc_s)), "due");
 }
 
 }  // namespace
