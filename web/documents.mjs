@@ -241,12 +241,32 @@
  */
 
 /**
+ * @typedef {object} SensorImpact of one sensor's bias
+ * @property {string} sensor
+ * @property {"deg/s" | "m/s2"} unit
+ * @property {number} change
+ * @property {number | null} left
+ * @property {"pi95" | "ci95" | null} left_interval
+ * @property {{without: number, with: number | null}} after_30_s_m
+ * @property {{without: number, with: number | null}} after_60_s_m
+ */
+
+/**
+ * @typedef {object} Impact what the calibration buys without satellite navigation
+ * @property {number} from_c
+ * @property {number} to_c
+ * @property {SensorImpact[]} free_inertial
+ * @property {{code: string, text: string}[]} warnings
+ */
+
+/**
  * @typedef {object} Model of a unit
  * @property {number} version
  * @property {number} epoch
  * @property {number} created_utc_s
  * @property {Term[]} terms
  * @property {boolean} simulated
+ * @property {Impact | null} impact
  * @property {Record<string, Sensor>} sensors
  */
 

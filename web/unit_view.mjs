@@ -10,7 +10,7 @@ import { badge } from "./runs_view.mjs";
 import { sensorCard } from "./unit_curves.mjs";
 import { nextOf, sensorText, sortedWarnings, verdictNow, verdictOf, verdictText } from "./unit_words.mjs";
 
-const PARTS = ["unit-verdict", "unit-next-box", "unit-facts", "unit-work", "unit-warnings-card", "unit-gap", "unit-curves"];
+const PARTS = ["unit-verdict", "unit-next-box", "unit-facts", "unit-work", "unit-warnings-card", "unit-impact", "unit-gap", "unit-curves"];
 
 export class UnitView {
   #asked = null; // serial number that the address names
@@ -68,6 +68,7 @@ export class UnitView {
     this.#unit = unit;
     this.#offerOlder(unit.model?.version ?? 0);
     this.#renderCurves();
+    this.#renderImpact();
     this.#gap.render(unit);
     this.#jobs.offer(unit);
   }
@@ -106,6 +107,16 @@ export class UnitView {
     const older = (name) => (this.#older?.sensors[name] ? { version: this.#older.version, sensor: this.#older.sensors[name] } : null);
     const sensors = Object.entries(model?.sensors ?? {});
     $("unit-sensors").replaceChildren(...sensors.map(([name, sensor]) => sensorCard(name, sensor, judged(name), older(name))));
+  }
+
+  async #renderImpact() {
+    const { unit, model } = this.#unit;
+    show($("unit-impact"), false);
+    if (model === null) return;
+    const { renderImpact } = await import("./impact_card.mjs");
+    if (model !== this.#unit.model) return; // another unit, or a newer model, came meanwhile
+    renderImpact($("unit-impact"), model, unit);
+    show($("unit-impact"), true);
   }
 
   #renderFacts(unit) {

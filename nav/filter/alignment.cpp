@@ -114,14 +114,18 @@ base::Result<Start> align(const Drive& drive, const AlignmentOptions& options) {
                     options.least_speed_mps),
         drive.name);
   }
-  const double heading_rad = std::atan2(first->velocity_mps.x(), first->velocity_mps.y());
   Start start;
   start.t_s = first->t_s;
   Euler angles;
   const double rest_s = end_of_rest_s(drive);
   const bool has_rest = rest_s - drive.imu.front().t_s >= options.least_rest_s;
+  const Means rest = has_rest ? means_between(drive.imu, drive.imu.front().t_s, rest_s) : Means{};
+  // In a turn the antenna moves beside the unit, by ω × lever arm: its course is not the heading.
+  const Means now = means_between(drive.imu, start.t_s - kHalfWindow_s, start.t_s + kHalfWindow_s);
+  const Vector3d beside_mps = cross(now.rate_rps - rest.rate_rps, drive.lever_arm_m);
+  const double course_rad = std::atan2(first->velocity_mps.x(), first->velocity_mps.y());
+  const double heading_rad = course_rad - std::asin(std::clamp(beside_mps.x() / speed_mps(*first), -1.0, 1.0));
   if (has_rest) {
-    const Means rest = means_between(drive.imu, drive.imu.front().t_s, rest_s);
     angles = euler_of(carried(drive, rest, rest_s, start.t_s));
     // The gyros tell how far the vehicle has turned since the rest: its course then gives the heading at rest.
     Euler at_rest = leveled(rest.force_mps2);
@@ -134,7 +138,7 @@ base::Result<Start> align(const Drive& drive, const AlignmentOptions& options) {
   const Matrix3d r = matrix_of(angles);
   start.state.body_to_level = quaternion_of(r);
   start.state.position = moved(first->position, -(r * drive.lever_arm_m));
-  start.state.velocity_mps = first->velocity_mps;
+  start.state.velocity_mps = first->velocity_mps - r * beside_mps;
   start.position_sigma_m = first->position_sigma_m;
   start.velocity_sigma_mps = first->velocity_sigma_mps;
   const double tilt_rad = (has_rest ? 1.0 : 3.0) * options.tilt_sigma_rad;

@@ -255,39 +255,41 @@ struct NavImpact final : CatalogCommand {
   base::Status run_with(db::Catalog& catalog, Output& output) override;
 
  private:
-  [[nodiscard]] base::Status find_range(const calib::Calibration& calibration);
-  [[nodiscard]] base::Result<json> drive(const calib::Calibration& calibration, Output& output) const;
+  [[nodiscard]] base::Result<TemperatureCourse> find_course(const calib::Calibration& calibration) const;
+  [[nodiscard]] base::Result<json> drive(const calib::Calibration& calibration, const TemperatureCourse& course,
+                                         Output& output) const;
 };
 
-/// The temperatures that all sensors' curves hold, narrowed to what was asked for.
-base::Status NavImpact::find_range(const calib::Calibration& calibration) {
-  double low_c = -1e9;
-  double high_c = 1e9;
-  for (const calib::SensorCalibration& sensor : calibration.sensors) {
-    low_c = std::max(low_c, sensor.temp_min_c);
-    high_c = std::min(high_c, sensor.temp_max_c);
+/// The temperatures at which all sensors were calibrated, narrowed to what was asked for.
+base::Result<TemperatureCourse> NavImpact::find_course(const calib::Calibration& calibration) const {
+  const auto range = whole_range(calibration);
+  if (!range) {
+    return base::bad_input(fmt::format("the sensors of unit {} were not calibrated at two common temperatures: record "
+                                       "a campaign over a range of temperature, and fit again",
+                                       unit),
+                           unit);
   }
-  from_c = from_c.value_or(low_c);
-  to_c = to_c.value_or(high_c);
-  const bool inside = std::min(*from_c, *to_c) >= low_c && std::max(*from_c, *to_c) <= high_c;
-  if (inside && *from_c != *to_c) return {};
+  const TemperatureCourse course{from_c.value_or(range->from_c), to_c.value_or(range->to_c)};
+  const auto [low_c, high_c] = std::minmax(course.from_c, course.to_c);
+  if (low_c >= range->from_c && high_c <= range->to_c && low_c != high_c) return course;
   return base::bad_input(
       fmt::format(
           "--from-c and --to-c must be two temperatures from {:.1f} to {:.1f} °C, where all sensors of unit {} were "
           "calibrated",
-          low_c, high_c, unit),
+          range->from_c, range->to_c, unit),
       unit);
 }
 
 /// Simulated drives with this unit's curve: the noise is that of a unit of table 6.1, the curve and what the
 /// calibration leaves of it are this unit's.
-base::Result<json> NavImpact::drive(const calib::Calibration& calibration, Output& output) const {
+base::Result<json> NavImpact::drive(const calib::Calibration& calibration, const TemperatureCourse& course,
+                                    Output& output) const {
   const nav::ThermalBias curve = [&](calib::Sensor sensor, double temp_c) {
     return curve_value(calibration, sensor, temp_c);
   };
   DriveRequest request;
   request.errors = nav::ahrs400ca();
-  request.temperature = {*from_c, *to_c, 200.0};
+  request.temperature = {course.from_c, course.to_c, 200.0};
   std::vector<nav::Drive> made;
   for (std::size_t d = 0; d < drives; ++d) {
     request.seed = outages.seed * 1000 + d;
@@ -318,20 +320,17 @@ base::Status NavImpact::run_with(db::Catalog& catalog, Output& output) {
   }
   const auto calibration = calib::calibration_of((*row)->document);
   if (!calibration) return base::forward_error(calibration);
-  if (auto status = find_range(*calibration); !status) return status;
-  auto drive_document = drive(*calibration, output);
+  const auto course = find_course(*calibration);
+  if (!course) return base::forward_error(course);
+  auto drive_document = drive(*calibration, *course, output);
   if (!drive_document) return base::forward_error(drive_document);
-  const std::vector<calib::Warning> warnings = scatter_warnings(*calibration);
-  const json document = {{"unit", unit},
-                         {"model", (*row)->version},
-                         {"simulated", calibration->simulated},
-                         {"from_c", *from_c},
-                         {"to_c", *to_c},
-                         {"free_inertial", free_inertial_json(*calibration, *from_c, *to_c)},
-                         {"warnings", warnings_json(warnings)},
-                         {"drive", *std::move(drive_document)}};
+  json document = impact_json(*calibration, *course);
+  document["unit"] = unit;
+  document["model"] = (*row)->version;
+  document["simulated"] = calibration->simulated;
+  document["drive"] = *std::move(drive_document);
   if (output.json()) return output.print_json(document);
-  for (const calib::Warning& warning : warnings) output.note("warning: " + warning.text);
+  for (const calib::Warning& warning : scatter_warnings(*calibration)) output.note("warning: " + warning.text);
   output.print(impact_text(document));
   return {};
 }

@@ -22,6 +22,7 @@
 #include "station/fit/fit_unit.h"
 #include "station/fit/reference_rule.h"
 #include "station/io/data_folder.h"
+#include "station/nav/free_inertial.h"
 #include "station/records/calibration_reader.h"
 #include "station/records/signing.h"
 
@@ -167,6 +168,7 @@ nlohmann::json verification_json(const calib::Calibration& calibration, const Kn
             {"text", decision_rule(verification)}}},
           {"limits", limits.source ? nlohmann::json(*limits.source) : nlohmann::json()},
           {"moving_terms", std::move(corrected)},
+          {"impact", impact_json(calibration)},
           {"sensors", std::move(sensors)},
           {"warnings", warnings_json(verification.warnings)}};
 }

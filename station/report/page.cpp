@@ -54,7 +54,7 @@ std::string navigation(const json& sections) {
     if (sensors.contains(name)) html += fmt::format("<li><a href=\"#{0}\">{0}</a></li>\n", name);
   }
   if (!html::member(sections, "terms").empty()) html += "<li><a href=\"#terms\">accepted effects</a></li>\n";
-  for (const char* id : {"couplings", "noise", "check", "records", "provenance", "reading"}) {
+  for (const char* id : {"couplings", "impact", "noise", "check", "records", "provenance", "reading"}) {
     html += fmt::format("<li><a href=\"#{0}\">{0}</a></li>\n", id);
   }
   return html + "</ul></nav>\n";
@@ -76,7 +76,9 @@ std::string body(const json& document) {
     if (!sensor.is_null()) html += sensor_part(name, sensor);
   }
   html += terms_part(html::member(sections, "terms"));
-  html += couplings_part(sections["couplings"]) + noise_part(sections["noise"]);
+  html += couplings_part(sections["couplings"]);
+  html += impact_part(html::member(sections, "impact"), document["unit"].get<std::string>());
+  html += noise_part(sections["noise"]);
   html += check_part(sections["check_standards"]) + records_part(sections["records"]);
   return html + provenance_part(document) + std::string(kHowToRead);
 }

@@ -64,6 +64,9 @@ struct Script {
 [[nodiscard]] std::string terms_part(const nlohmann::json& terms);
 /// Misalignment and g-sensitivity.
 [[nodiscard]] std::string couplings_part(const nlohmann::json& couplings);
+/// Position errors without satellite navigation, with and without the calibration; null: they are not known. `unit`:
+/// serial number.
+[[nodiscard]] std::string impact_part(const nlohmann::json& impact, const std::string& unit);
 /// Allan deviation and noise coefficients.
 [[nodiscard]] std::string noise_part(const nlohmann::json& noise);
 /// Whether a campaign of a check standard is one of the model's; `check_standards`: the section.

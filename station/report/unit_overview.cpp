@@ -12,6 +12,7 @@
 
 #include "calib/judge/warning_list.h"
 #include "calib/model/model_document.h"
+#include "station/nav/free_inertial.h"
 #include "station/records/calibration_reader.h"
 #include "station/report/runs_of_model.h"
 #include "station/report/term_text.h"
@@ -95,12 +96,14 @@ json sensor_part(const std::string& name, const json& sensor) {
   return part;
 }
 
-base::Result<json> model_part(const db::Catalog& catalog, const db::ModelRow& model, bool simulated, const json& fit) {
+base::Result<json> model_part(const db::Catalog& catalog, const db::ModelRow& model,
+                              const calib::Calibration& calibration, const json& fit) {
   json part = model_head(model);
   auto terms = terms_part(catalog, model);
   if (!terms) return base::forward_error(terms);
   part["terms"] = *std::move(terms);
-  part["simulated"] = simulated;
+  part["simulated"] = calibration.simulated;
+  part["impact"] = impact_json(calibration);
   part["sensors"] = json::object();
   for (const auto& [name, sensor] : fit.at("sensors").items()) part["sensors"][name] = sensor_part(name, sensor);
   return part;
@@ -114,7 +117,7 @@ base::Status add_model(const db::Catalog& catalog, const db::ModelRow& model, js
   const auto runs = runs_of_model(catalog, *calibration);
   if (!runs) return base::forward_error(runs);
   const json fit = fit_of(model);
-  auto part = model_part(catalog, model, calibration->simulated, fit);
+  auto part = model_part(catalog, model, *calibration, fit);
   if (!part) return base::forward_error(part);
   calib::WarningList warnings;
   if (calibration->simulated) {
@@ -199,7 +202,7 @@ base::Result<json> model_overview(const db::Catalog& catalog, const std::string&
   }
   const auto calibration = calib::calibration_of((*model)->document);
   if (!calibration) return base::forward_error(calibration);
-  auto part = model_part(catalog, **model, calibration->simulated, fit_of(**model));
+  auto part = model_part(catalog, **model, *calibration, fit_of(**model));
   if (!part) return part;
   return json{{"unit", serial}, {"model", *std::move(part)}};
 }

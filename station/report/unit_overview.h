@@ -15,9 +15,9 @@ namespace soak::station {
 /// (docs/schema/http-units.schema.json).
 [[nodiscard]] base::Result<nlohmann::json> units_overview(const db::Catalog& catalog);
 
-/// A unit with what is stored of its newest model, read and not calculated: curves, errors, warnings with remedies;
-/// and the campaigns whose runs that model has not seen (docs/schema/http-unit.schema.json, but for what jobs know).
-/// Refuses (bad_input, where == "unit") an unknown unit; (corrupt) a damaged model.
+/// A unit with what is stored of its newest model, read and not calculated but for `impact`: curves, errors, warnings
+/// with remedies; and the campaigns whose runs that model has not seen (docs/schema/http-unit.schema.json, but for what
+/// jobs know). Refuses (bad_input, where == "unit") an unknown unit; (corrupt) a damaged model.
 [[nodiscard]] base::Result<nlohmann::json> unit_overview(const db::Catalog& catalog, const std::string& serial);
 
 /// One version of a unit's model as unit_overview() has the newest, without warnings: {unit, model}

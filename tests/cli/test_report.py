@@ -161,6 +161,26 @@ class Report(test_fit.FittedTest):
                     self.assertEqual(cell, value if value is not None else "–" if part["stated"] else "not stated")
                 self.assertEqual(row[7], part["basis"])
 
+    def test_metres_without_satellite_navigation_are_those_of_the_fitted_curve(self):
+        """Against [AH05 eq. 6.5 and 6.6], from the points of the curve, one a kelvin or so."""
+        document, page = self.report()
+        impact = document["sections"]["impact"]
+        rows = {row[0]: row for row in page.tables["Position error from each sensor's bias alone, m"]}
+        self.assertEqual(set(rows), set(SENSORS))
+        for shown in impact["free_inertial"]:
+            sensor = document["sections"]["sensors"][shown["sensor"]]["fit"]
+            biases = [point["bias"] for point in sensor["curve"] if impact["from_c"] <= point["temp_c"] <= impact["to_c"]]
+            changes = [abs(bias - biases[0]) for bias in biases]
+            step = max(abs(b - a) for a, b in zip(biases, biases[1:]))
+            self.assertAlmostEqual(shown["change"], max(changes), delta=2 * step)
+            for seconds in (30, 60):
+                metres = shown[f"after_{seconds}_s_m"]
+                for bias, error in ((shown["change"], metres["without"]), (shown["left"], metres["with"])):
+                    of_gyro = math.radians(bias) * 9.80665 * seconds ** 3 / 6
+                    self.assertAlmostEqual(error, of_gyro if shown["unit"] == "deg/s" else bias * seconds ** 2 / 2, delta=1e-9 + 1e-6 * error)
+            self.assertEqual(rows[shown["sensor"]][4:], [shown[f"after_{s}_s_m"][which] for s in (30, 60) for which in ("without", "with")])
+        self.assertIn(f"soak nav impact --unit {SERIAL}", page.text)
+
     def test_residuals_are_those_of_the_file_that_is_deployed(self):
         document, _ = self.report()
         path = self.blob()

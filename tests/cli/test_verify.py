@@ -61,6 +61,17 @@ class Verify(FittedTest):
         # u(g)/g = 0.01/9.80665, 1020 ppm, beside the rows' own.
         self.assertAlmostEqual(after, (before**2 + (1.96 * 1e6 * 0.01 / 9.80665) ** 2) ** 0.5, delta=20)
 
+    def test_the_document_says_in_metres_what_the_file_buys(self):
+        """Beside what soak nav impact finds from the stored model: the file carries its curves to single precision."""
+        impact = self.verify()["impact"]
+        of_model = self.soak_json("nav-impact", "nav", "impact", "--unit", SERIAL, "--drives", 1, "--number", 1)
+        self.assertEqual([one["sensor"] for one in impact["free_inertial"]], [one["sensor"] for one in of_model["free_inertial"]])
+        for one, other in zip(impact["free_inertial"], of_model["free_inertial"]):
+            for which in ("without", "with"):
+                metres, expected = one["after_60_s_m"][which], other["after_60_s_m"][which]
+                self.assertGreater(metres, 0.0)
+                self.assertAlmostEqual(metres, expected, delta=0.01 * expected)
+
     def test_limits_of_the_unit_type_hold_and_a_file_replaces_them(self):
         self.type_file.write_text(TYPE, encoding="utf-8")
         document = self.verify()

@@ -3,7 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "../errors.h"
 #include "base/units.h"
@@ -87,6 +89,24 @@ TEST(Alignment, TheRotationOfTheEarthIsNoBias) {
   const double tolerance_rps = 4.0 * std::hypot(noise_rps, 4.6e-5 * 0.01);
   ASSERT_LT(tolerance_rps, 0.3 * earth_rate_rps(kOrigin.latitude_rad).norm());
   EXPECT_LT((start->gyro_bias_rps - gyro_biases_rps()).norm(), tolerance_rps);
+}
+
+TEST(Alignment, AStartInATurnHasTheVelocityOfTheUnitAndNotThatOfTheAntenna) {
+  const std::vector<Maneuver> turn = {{10}, {10, 10.0, 1.7}, {30, 10.0}};
+  const Trajectory trajectory(kOrigin, 2.5, turn);
+  const Vector3d lever_m(0.0, 3.0, 0.5);
+  Drive drive = trajectory.drive(100, 25, lever_m);
+  drive.gnss = simulated_fixes(drive.truth, 1, {0.02, 0.04, 1e-6, 1e-6}, 5);
+  const auto start = align(drive, {});
+  ASSERT_TRUE(start);
+  const Drive of_unit = trajectory.drive(100, 25, Vector3d::Zero());
+  const auto truth = std::ranges::find(of_unit.truth, start->t_s, &TruthPoint::t_s);
+  ASSERT_NE(truth, of_unit.truth.end());
+  // Up to 0.2 rad/s by 3 m; what stays is that the rate of the turn changes within the second that it is read over.
+  const double antenna_mps =
+      (drive.truth[static_cast<std::size_t>(truth - of_unit.truth.begin())].velocity_mps - truth->velocity_mps).norm();
+  ASSERT_GT(antenna_mps, 0.3);
+  EXPECT_LT((start->state.velocity_mps - truth->velocity_mps).norm(), 0.25 * antenna_mps);
 }
 
 TEST(Alignment, AStartInMotionKnowsPitchAndRollRoughly) {

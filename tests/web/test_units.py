@@ -280,8 +280,23 @@ class Page(WithStation):
         signed.write_bytes(self.downloaded("SIM-0001.soakcal"))
         self.assertEqual(self.soakd.soak_json("key", "verify", str(signed), "--key", str(public))["key_id"], key)
 
+    def expect_the_impact_of(self, unit):
+        """Metres to two digits, as the document has them."""
+        rows = "return [...document.querySelectorAll('#unit-impact tbody tr')].map((row) => [...row.cells].map((cell) => cell.textContent))"
+        self.browser.wait(f"return (() => {{ {rows} }})().length === 6")
+        shown = self.browser.run(rows)
+        model = self.soakd.get("unit", unit=unit)["model"]
+        for row, sensor in zip(shown, model["impact"]["free_inertial"], strict=True):
+            self.assertEqual(row[0], sensor["sensor"].replace("_", " "))
+            metres = [sensor[f"after_{seconds}_s_m"][which] for seconds in (30, 60) for which in ("without", "with")]
+            for text, value in zip(row[3:], metres, strict=True):
+                self.assertAlmostEqual(float(text.removesuffix(" m")), value, delta=0.06 * value)
+
     def test_a_unit_is_fitted_judged_and_handed_over_by_clicks(self):
         self.browser.go(self.soakd.url)
+        loaded = self.browser.run("return performance.getEntriesByType('resource').map(({ name }) => name)")
+        self.assertTrue(any("unit_view" in name for name in loaded))
+        self.assertFalse(any("impact_card" in name for name in loaded), "with the first view")
         self.browser.click("#to-units")
         self.see("#units-list", HOSTILE[0])
         self.assertEqual(self.browser.run("return document.querySelector('#to-units').ariaCurrent"), "page")
@@ -301,6 +316,7 @@ class Page(WithStation):
         self.see("#unit-warnings", "simulated")
         bands = self.browser.run("return document.querySelectorAll('#unit-curves svg .band.ci95').length")
         self.assertEqual(bands, 6)
+        self.expect_the_impact_of(SERIAL)
 
         self.click("#unit-verify")
         self.see("#unit-verdict", "PASS")

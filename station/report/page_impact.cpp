@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "station/report/html.h"
+#include "station/report/page_parts.h"
+
+namespace soak::station {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::string_view kHeading = "<section id=\"impact\"><h2>What the calibration buys in navigation</h2>\n";
+
+std::string drift_table(const json& sensors) {
+  html::Table table("Position error from each sensor's bias alone, m",
+                    {"sensor", "unit", "change of the bias", "left of it, 95 %", "after 30 s, without",
+                     "after 30 s, with", "after 60 s, without", "after 60 s, with"});
+  for (const json& sensor : sensors) {
+    std::vector<html::Cell> cells = {html::row_heading(sensor["sensor"].get<std::string>()),
+                                     html::html_cell(html::unit_text(sensor["unit"].get<std::string>())),
+                                     html::number_cell(sensor["change"]), html::number_cell(sensor["left"])};
+    for (const char* time : {"after_30_s_m", "after_60_s_m"}) {
+      for (const char* which : {"without", "with"}) cells.push_back(html::number_cell(sensor[time][which]));
+    }
+    table.row(cells);
+  }
+  return table.html();
+}
+
+}  // namespace
+
+std::string impact_part(const json& impact, const std::string& unit) {
+  std::string html(kHeading);
+  if (!impact.is_object()) {
+    return html + "<p>Not known: the sensors were not calibrated at two common temperatures.</p></section>\n";
+  }
+  html += fmt::format(
+      "<p>Without satellite navigation, while the temperature goes from {} °C at power-on to {} °C; the bias at "
+      "power-on "
+      "is known, the sensor's axis lies horizontally. <b>With</b>: from what the calibration leaves for one fresh "
+      "power-on (95 %).</p>\n",
+      html::number(impact["from_c"].get<double>(), 1), html::number(impact["to_c"].get<double>(), 1));
+  html += drift_table(impact["free_inertial"]);
+  for (const json& warning : impact["warnings"]) html += "<p>" + html::text_of(warning, "text") + ".</p>\n";
+  html += fmt::format(
+      "<p>Drives with a navigation filter are not simulated here, as that takes seconds: <code>soak nav impact --unit "
+      "{}</code>.</p>\n",
+      html::escaped(unit));
+  return html + "</section>\n";
+}
+
+}  // namespace soak::station
