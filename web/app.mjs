@@ -10,13 +10,9 @@ import { renderChamber, renderUnits } from "./device_cards.mjs";
 import { $, element, english, say, show } from "./dom.mjs";
 import { clock, timeText } from "./format.mjs";
 import { NoiseCard } from "./noise_card.mjs";
-import { RunView } from "./run_view.mjs";
-import { RunsView } from "./runs_view.mjs";
 import { StartForm } from "./start_form.mjs";
 import { StoredCard } from "./stored_card.mjs";
 import { connectLanguage, T } from "./text.mjs";
-import { UnitView } from "./unit_view.mjs";
-import { UnitsView } from "./units_view.mjs";
 import { connectViews } from "./views.mjs";
 
 const LOG_LINES = 100;
@@ -27,10 +23,7 @@ const chart = new Chart($("chart"), $("legend"));
 const noiseCard = new NoiseCard();
 const startForm = new StartForm(userName);
 const storedCard = new StoredCard(startForm);
-const runsView = new RunsView();
-const runView = new RunView(() => $("user").value.trim());
-const unitsView = new UnitsView();
-const unitView = new UnitView(userName);
+let runsView = null; // once its module is loaded
 let status = null;
 let plan = null;
 let planOf = null; // which campaign the plan is of
@@ -70,7 +63,7 @@ function takeStatus(document) {
   noiseCard.take(status);
   startForm.take(status);
   storedCard.take(status);
-  runsView.take(status);
+  runsView?.take(status);
   if (confirmsItself(status) && mayOperate() && status.prompt.id !== confirmedItself) {
     confirmedItself = status.prompt.id;
     confirm({ itself: true });
@@ -185,11 +178,14 @@ function connectButtons() {
   $("abort-form").addEventListener("submit", () => command("abort", { reason: $("abort-reason").value.trim() }));
 }
 
-/** A view whose module is loaded when somebody first goes there: the station's own page must be there soon. */
+/** A view whose module and texts are loaded when somebody first goes there: the station's own page must be there soon. */
 function whenAsked(load) {
   let view = null;
   return {
-    /** @param {URLSearchParams} parameters */
+    /**
+     * Comes back once its texts are written; what it shows comes later.
+     * @param {URLSearchParams} parameters
+     */
     async open(parameters) {
       view ??= load();
       view.catch(() => (view = null)); // another try may find the station
@@ -198,16 +194,22 @@ function whenAsked(load) {
   };
 }
 
+async function loadRunsView() {
+  runsView = new (await import("./runs_view.mjs")).RunsView();
+  if (status) runsView.take(status);
+  return runsView;
+}
+
 rememberUser();
 showAccount().catch((error) => console.warn("no account:", error.message));
 connectButtons();
 connectAlerts();
 connectViews({
   station: null,
-  runs: runsView,
-  run: runView,
-  units: unitsView,
-  unit: unitView,
+  runs: whenAsked(loadRunsView),
+  run: whenAsked(async () => new (await import("./run_view.mjs")).RunView(() => $("user").value.trim())),
+  units: whenAsked(async () => new (await import("./units_view.mjs")).UnitsView()),
+  unit: whenAsked(async () => new (await import("./unit_view.mjs")).UnitView(userName)),
   fleet: whenAsked(async () => new (await import("./fleet_view.mjs")).FleetView()),
   events: whenAsked(async () => new (await import("./events_view.mjs")).EventsView()),
   records: whenAsked(async () => new (await import("./records_view.mjs")).RecordsView(userName)),

@@ -26,3 +26,15 @@ export function element(name, text) {
 export function english(text) {
   return Object.assign(element("span", text), { lang: "en" });
 }
+
+/** @typedef {string | {english: string}} Part of a sentence: the page's own words, or those of the station */
+
+/**
+ * Says a sentence of parts.
+ * @param {HTMLElement} node
+ * @param {Part[]} parts
+ */
+export function tell(node, parts) {
+  const nodes = parts.map((part) => (typeof part === "string" ? document.createTextNode(part) : english(part.english)));
+  if (node.textContent !== nodes.map(({ textContent }) => textContent).join("")) node.replaceChildren(...nodes);
+}

@@ -2,9 +2,9 @@
 // One run: what it is, its strip chart, its segments with what the gate refused, and how to void it.
 
 import { get } from "./api.mjs";
-import { $, element, say, show } from "./dom.mjs";
+import { $, element, say, show, tell } from "./dom.mjs";
 import { clock, count, duration, significant, UNKNOWN } from "./format.mjs";
-import { channelText, marksOf, placeText, plateauText, quantityOf, runTime, stateOf, upText } from "./run_words.mjs";
+import { channelText, marksOf, placeText, plateauText, quantityOf, R, runTime, stateOf, upText } from "./run_words.mjs";
 import { badge } from "./runs_view.mjs";
 import { StripChart } from "./strip_chart.mjs";
 import { VoidDialog } from "./void_dialog.mjs";
@@ -41,7 +41,7 @@ export class RunView {
     this.#asked = String(question);
     if (isAnother) {
       this.#document = null;
-      say($("run-title"), "Run");
+      say($("run-title"), R.run.unnamed);
       $("strip-channels").replaceChildren($("strip-channels").querySelector("legend"));
     }
     await this.#load(span.every(Number.isFinite) && span[0] < span[1] ? span : null);
@@ -96,26 +96,26 @@ export class RunView {
 
   #render() {
     const { run, source, streams } = this.#document;
-    say($("run-title"), `${run.run} of ${run.campaign}, unit ${run.unit}`);
+    say($("run-title"), R.run.title(run.run, run.campaign, run.unit));
     $("run-badges").replaceChildren(...marksOf(run).map(badge));
     show($("run-void-record"), run.void !== null);
-    if (run.void) say($("run-void-record"), `Void since ${clock(run.void.utc_s)} by ${run.void.user}: ${run.void.reason}`);
+    if (run.void) say($("run-void-record"), R.run.voided(clock(run.void.utc_s), run.void.user, run.void.reason));
     $("run-void").disabled = run.voided;
     show($("run-cut-short"), run.cut_short !== null);
-    say($("run-cut-short"), run.cut_short === null ? "" : `Cut short: ${run.cut_short}`);
+    tell($("run-cut-short"), run.cut_short === null ? [] : [R.run.cutShort, { english: run.cut_short }]);
     const dropped = run.samples_dropped;
     show($("run-dropped"), dropped !== null);
-    say($("run-dropped"), dropped === null ? "" : `Samples dropped on ${clock(dropped.utc_s)} by ${dropped.user}: ${dropped.reason}`);
+    say($("run-dropped"), dropped === null ? "" : R.run.dropped(clock(dropped.utc_s), dropped.user, dropped.reason));
     const samples = streams.find((stream) => stream.name === "imu");
     const rate_hz = samples?.channels[0].rate_hz ?? null;
     const facts = [
-      ["Procedure", run.procedure || UNKNOWN],
-      ["Recorded", run.created_utc_s > 0 ? clock(run.created_utc_s) : UNKNOWN],
-      ["Length", duration(run.duration_s)],
-      ["Samples", count(run.rows)],
-      ["Mean rate", rate_hz === null ? UNKNOWN : `${significant(rate_hz, 4)} Hz`],
-      ["From", source || UNKNOWN],
-      ["Run id", run.run_id],
+      [R.run.procedure, run.procedure || UNKNOWN],
+      [R.run.recorded, run.created_utc_s > 0 ? clock(run.created_utc_s) : UNKNOWN],
+      [R.run.length, duration(run.duration_s)],
+      [R.run.samples, count(run.rows)],
+      [R.run.rate, rate_hz === null ? UNKNOWN : `${significant(rate_hz, 4)} Hz`],
+      [R.run.source, source || UNKNOWN],
+      [R.run.id, run.run_id],
     ];
     $("run-facts").replaceChildren(...facts.map(([name, value]) => {
       const box = element("div", "");
@@ -159,9 +159,8 @@ export class RunView {
   #renderSegments() {
     const { segments } = this.#document;
     const of = (kind) => segments.filter((segment) => stateOf(segment).kind === kind).length;
-    const others = [[of("refused"), "refused by the data gate"], [of("part"), "with sensors refused"], [of("void"), "void"]];
-    const parts = others.filter(([n]) => n > 0).map(([n, text]) => `${n} ${text}`);
-    say($("segments-summary"), [`${segments.length} recorded`, ...parts].join(", "));
+    const others = ["refused", "part", "void"].map((kind) => [kind, of(kind)]).filter(([, count]) => count > 0);
+    say($("segments-summary"), [R.segments.recorded(segments.length), ...others.map(([kind, count]) => R.segments[kind](count))].join(", "));
     const shown = $("segments-refused").checked ? segments.filter((segment) => stateOf(segment).kind !== "used") : segments;
     $("segments").tBodies[0].replaceChildren(...shown.map((segment) => this.#row(segment)));
   }
@@ -172,13 +171,17 @@ export class RunView {
     row.dataset.kind = kind;
     const state = element("td", "");
     state.append(badge({ text: title, state: { used: "finished", part: "waiting", refused: "failed", void: "" }[kind] }));
-    if (why) state.append(Object.assign(element("p", why), { className: "why" }));
+    if (why.length > 0) {
+      const reason = Object.assign(element("p", ""), { className: "why" });
+      tell(reason, why);
+      state.append(reason);
+    }
     const cells = [plateauText(segment), upText(segment), runTime(segment.t_start_s), duration(segment.t_end_s - segment.t_start_s)];
     const actions = element("td", "");
     actions.className = "actions";
-    if (this.#hasSamples()) actions.append(this.#button("Look", segment, () => this.#lookAt(segment)));
+    if (this.#hasSamples()) actions.append(this.#button(R.segments.look, segment, () => this.#lookAt(segment)));
     if (!segment.void) {
-      const button = this.#button("Void…", segment, () => this.#dialog.open(this.#document, segment, this.#userName()));
+      const button = this.#button(R.segments.voidIt, segment, () => this.#dialog.open(this.#document, segment, this.#userName()));
       button.dataset.needs = "engineer";
       actions.append(button);
     }
@@ -188,7 +191,7 @@ export class RunView {
 
   #button(text, segment, work) {
     const button = Object.assign(element("button", text), { type: "button", className: "small" });
-    button.setAttribute("aria-label", `${text} ${placeText(segment)}, from ${runTime(segment.t_start_s)}`);
+    button.setAttribute("aria-label", R.segments.button(text, placeText(segment), runTime(segment.t_start_s)));
     button.addEventListener("click", work);
     return button;
   }
@@ -203,8 +206,11 @@ export class RunView {
 
   #choose(segment) {
     this.#strip.choose(segment);
-    const state = segment && stateOf(segment);
-    const why = state?.why ? `: ${state.why}` : "";
-    say($("strip-segment"), segment ? `${placeText(segment)}, ${state.title}${why}` : "");
+    if (segment === null) {
+      say($("strip-segment"), "");
+      return;
+    }
+    const { title, why } = stateOf(segment);
+    tell($("strip-segment"), [`${placeText(segment)}, ${title}${why.length > 0 ? ": " : ""}`, ...why]);
   }
 }

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the documents of stored runs mean in words. Nothing here touches the page.
 
-import { number, significant } from "./format.mjs";
+import { number, significant, written } from "./format.mjs";
+import { T, textsOf } from "./text.mjs";
 
-const PURPOSES = { calibration: null, verification: "verification", diagnosis: "pre-flight" };
-const CAMPAIGN_STATES = { null: "imported" };
+/** @type {typeof import("./text_runs_en.mjs").text} */
+export const R = await textsOf("runs");
+
+const PURPOSES = { calibration: null, verification: R.marks.verification, diagnosis: R.marks.diagnosis };
 
 /**
  * Marks of a run: {text, state} with the states of a badge.
@@ -12,12 +15,12 @@ const CAMPAIGN_STATES = { null: "imported" };
  */
 export function marksOf(run) {
   const marks = [];
-  if (run.voided) marks.push({ text: "void", state: "failed" });
+  if (run.voided) marks.push({ text: R.marks.void, state: "failed" });
   if (PURPOSES[run.purpose]) marks.push({ text: PURPOSES[run.purpose], state: "" });
-  if (run.cut_short !== null) marks.push({ text: "cut short", state: "waiting" });
-  if (run.samples_dropped !== null) marks.push({ text: "no samples", state: "waiting" });
-  if (run.simulated) marks.push({ text: "SIMULATED", state: "simulated" });
-  if (marks.length === 0) marks.push({ text: "complete", state: "finished" });
+  if (run.cut_short !== null) marks.push({ text: R.marks.cutShort, state: "waiting" });
+  if (run.samples_dropped !== null) marks.push({ text: R.marks.noSamples, state: "waiting" });
+  if (run.simulated) marks.push({ text: R.marks.simulated, state: "simulated" });
+  if (marks.length === 0) marks.push({ text: R.marks.complete, state: "finished" });
   return marks;
 }
 
@@ -27,39 +30,40 @@ export function marksOf(run) {
  */
 export const counts = (run) => !run.voided && run.purpose !== "diagnosis";
 
-export const campaignState = (state) => CAMPAIGN_STATES[state] ?? state;
+export const campaignState = (state) => (state === null ? T.imported : T.states[state] ?? state);
 
 /** "126, 3 refused, 6 void" */
 export function segmentsText({ recorded, withdrawn, rejected }) {
   const parts = [String(recorded)];
-  if (rejected > 0) parts.push(`${rejected} refused`);
-  if (withdrawn > 0) parts.push(`${withdrawn} void`);
+  if (rejected > 0) parts.push(R.list.refused(rejected));
+  if (withdrawn > 0) parts.push(R.list.void(withdrawn));
   return parts.join(", ");
 }
 
 const rejecting = (segment) => segment.findings.filter((finding) => finding.severity === "reject");
 
-/** What became of a segment: {kind: "used" | "part" | "refused" | "void", title, why}. */
+/** The data gate's findings: their names, and what the station says of each. */
+const findingsText = (findings) => findings.flatMap(({ code, sensor, text }, i) => [`${i > 0 ? "; " : ""}${R.segments.finding(code, sensor)}: `, { english: text }]);
+
+/** What became of a segment: {kind: "used" | "part" | "refused" | "void", title, why}; `why`: parts of a sentence. */
 export function stateOf(segment) {
   if (segment.void) {
-    return { kind: "void", title: "void", why: `${segment.void.reason} (${segment.void.user})` };
+    return { kind: "void", title: R.segments.states.void, why: [`${segment.void.reason} (${segment.void.user})`] };
   }
   const findings = rejecting(segment);
   if (findings.length > 0) {
-    const whole = findings.some((finding) => finding.sensor === null);
-    const why = findings.map((f) => `${f.code}${f.sensor ? ` (${f.sensor})` : ""}: ${f.text}`).join("; ");
-    return { kind: whole ? "refused" : "part", title: whole ? "refused" : "sensors refused", why };
+    const kind = findings.some((finding) => finding.sensor === null) ? "refused" : "part";
+    return { kind, title: R.segments.states[kind], why: findingsText(findings) };
   }
-  return { kind: "used", title: "sound", why: segment.findings.map((f) => `${f.code}: ${f.text}`).join("; ") };
+  return { kind: "used", title: R.segments.states.used, why: findingsText(segment.findings) };
 }
 
-export const plateauText = ({ plateau_c }) => (plateau_c === null ? "no plateau" : `${number(plateau_c, 0)} °C`);
+export const plateauText = ({ plateau_c }) => (plateau_c === null ? R.segments.noPlateau : `${number(plateau_c, 0)} °C`);
 export const upText = ({ position, attempt }) => {
-  const up = position === "" ? "at rest" : position.replace("-", "−");
-  return attempt > 0 ? `${up}, attempt ${attempt + 1}` : up;
+  const up = position === "" ? R.segments.atRest : position.replace("-", "−");
+  return attempt > 0 ? R.segments.attempt(up, attempt + 1) : up;
 };
-const sweepText = ({ sweep }) => (sweep === "unknown" ? "" : ` (${sweep})`);
-export const placeText = (segment) => `${plateauText(segment)}${sweepText(segment)}, ${upText(segment)}`;
+export const placeText = (segment) => `${plateauText(segment)}${R.segments.sweeps[segment.sweep]}, ${upText(segment)}`;
 
 // ---- what may become void
 
@@ -74,11 +78,11 @@ export function scopesOf(document, segment) {
     const { visit, position, attempt } = segment;
     const samePlace = (one) => one.visit === visit && one.position === position;
     const attempts = segments.filter(samePlace).length;
-    add(`Only this segment: ${placeText(segment)}`, { visit, position, attempt }, (one) => samePlace(one) && one.attempt === attempt);
-    if (attempts > 1) add(`All ${attempts} attempts at it`, { visit, position }, samePlace);
-    add(`The whole visit to ${plateauText(segment)}`, { visit }, (one) => one.visit === visit);
+    add(R.void.segment(placeText(segment)), { visit, position, attempt }, (one) => samePlace(one) && one.attempt === attempt);
+    if (attempts > 1) add(R.void.attempts(attempts), { visit, position }, samePlace);
+    add(R.void.visit(plateauText(segment)), { visit }, (one) => one.visit === visit);
   }
-  add("The whole run", {}, () => true);
+  add(R.void.run, {}, () => true);
   return scopes;
 }
 
@@ -86,13 +90,8 @@ export function scopesOf(document, segment) {
 export function lossText(document, scope) {
   const before = document.segments.filter((segment) => !segment.void).length;
   const { run } = document;
-  const all = scope.segments.length === before;
-  const what = scope.record.visit === undefined
-    ? `Run ${run.run} of unit ${run.unit} becomes void, with all ${before} of its segments that are not void yet.`
-    : `${scope.segments.length} of the ${before} segments of run ${run.run} that are not void yet ${scope.segments.length === 1 ? "becomes" : "become"} void${all ? ": none is left" : ""}.`;
-  const kept = run.samples_dropped === null ? "The samples are kept, but this" : "This";
-  return `${what} No fit, no verification and no report uses what is void. Models that were fitted from it stay as they are until the
-    unit is fitted again. ${kept} cannot be taken back.`;
+  const what = scope.record.visit === undefined ? R.void.losesRun(run.run, run.unit, before) : R.void.losesSegments(scope.segments.length, before, run.run);
+  return `${what} ${R.void.notUsed} ${run.samples_dropped === null ? R.void.keepsSamples : R.void.final}`;
 }
 
 // ---- units of channels, as people read them
@@ -113,12 +112,11 @@ export function quantityOf(unit) {
 
 /** A channel as people read it: "temp °C", "gyro x", "chamber: air rh". */
 export function channelText(stream, name) {
-  const text = name.replace(/_c$/, " °C").replace(/_/g, " ");
-  return stream === "imu" ? text : `${stream}: ${text}`;
+  const text = R.strip.channel(name);
+  return stream === "imu" ? text : `${R.strip.stream(stream)}: ${text}`;
 }
 
-const PANELS = { "°C": "Temperature", "°/s": "Rotation rate", "m/s²": "Specific force", V: "Voltage", A: "Current" };
-export const panelTitle = (unit) => [PANELS[unit], unit].filter(Boolean).join(", ") || "Without a unit";
+export const panelTitle = (unit) => [R.strip.panels[unit], unit].filter(Boolean).join(", ") || R.strip.noUnit;
 
 // ---- times in a run
 
@@ -128,7 +126,7 @@ export function runTime(t_s, step_s = 1) {
   const ticks = Math.round(Math.abs(t_s) * 10 ** decimals);
   const whole = Math.floor(ticks / 10 ** decimals);
   const two = (n) => String(n).padStart(2, "0");
-  const rest = decimals ? `.${String(ticks % 10 ** decimals).padStart(decimals, "0")}` : "";
+  const rest = decimals ? written(`.${String(ticks % 10 ** decimals).padStart(decimals, "0")}`) : "";
   const minutes = Math.floor((whole % 3600) / 60);
   return `${t_s < 0 && ticks > 0 ? "−" : ""}${Math.floor(whole / 3600)}:${two(minutes)}:${two(whole % 60)}${rest}`;
 }

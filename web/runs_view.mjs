@@ -2,13 +2,11 @@
 // All stored runs by campaign.
 
 import { get } from "./api.mjs";
-import { $, element, say, show } from "./dom.mjs";
+import { $, element, english, say, show } from "./dom.mjs";
 import { shortDuration, timeOfDay, UNKNOWN } from "./format.mjs";
-import { campaignState, counts, marksOf, segmentsText } from "./run_words.mjs";
+import { campaignState, counts, marksOf, R, segmentsText } from "./run_words.mjs";
 import { loadDygraphs } from "./strip_panel.mjs";
 import { isActive, now_s } from "./words.mjs";
-
-const HEADS = ["Run", "Unit", "Recorded", "Length", "Segments", "State"];
 
 /** A mark in the colours of its state. */
 export function badge({ text, state }) {
@@ -49,7 +47,9 @@ export class RunsView {
       this.#notListed = not_listed;
       this.#campaigns = new Map(campaigns.map((campaign) => [campaign.name, campaign]));
       this.#render();
-      loadDygraphs(); // a run will be looked at next
+      // A run will be looked at next.
+      loadDygraphs();
+      import("./run_view.mjs");
     } catch (error) {
       say($("runs-failure"), error.message);
       show($("runs-failure"), true);
@@ -60,7 +60,7 @@ export class RunsView {
     const { campaign } = this.#status;
     const records = campaign && isActive(this.#status);
     show($("runs-recording"), Boolean(records));
-    if (records) say($("runs-recording"), `${campaign.run_label} of ${campaign.name} is being recorded: it is listed once it has ended.`);
+    if (records) say($("runs-recording"), R.list.recording(campaign.run_label, campaign.name));
   }
 
   #wanted(run) {
@@ -74,10 +74,10 @@ export class RunsView {
     const groups = new Map();
     for (const run of runs) groups.set(run.campaign, [...(groups.get(run.campaign) ?? []), run]);
     $("runs-campaigns").replaceChildren(...[...groups].map(([name, those], i) => this.#campaignCard(name, those, i)));
-    const none = this.#runs.length === 0 ? "No run is stored yet." : "No run fits.";
-    say($("runs-nothing"), runs.length === 0 ? none : `${runs.length} ${runs.length === 1 ? "run" : "runs"}`);
+    const none = this.#runs.length === 0 ? R.list.none : R.list.noneFits;
+    say($("runs-nothing"), runs.length === 0 ? none : R.list.count(runs.length));
     show($("runs-more"), this.#notListed > 0);
-    say($("runs-more"), `${this.#notListed} older ones are not shown: soak runs list shows them all.`);
+    say($("runs-more"), R.list.notListed(this.#notListed));
   }
 
   #campaignCard(name, runs, index) {
@@ -91,8 +91,9 @@ export class RunsView {
     const campaign = this.#campaigns.get(name);
     const state = campaign?.state ?? null;
     head.append(title, badge({ text: campaignState(state), state: state ?? "" }));
-    const about = [runs[0].procedure, campaign?.reason].filter(Boolean).join(" · ");
-    card.append(head, Object.assign(element("p", about), { className: "about" }), this.#table(runs, title.id));
+    const about = Object.assign(element("p", runs[0].procedure), { className: "about" });
+    if (campaign?.reason) about.append(runs[0].procedure ? " · " : "", english(campaign.reason));
+    card.append(head, about, this.#table(runs, title.id));
     return card;
   }
 
@@ -101,7 +102,7 @@ export class RunsView {
     table.className = "list runs";
     table.setAttribute("aria-labelledby", titleId);
     const heads = element("tr", "");
-    heads.append(...HEADS.map((text) => Object.assign(element("th", text), { scope: "col" })));
+    heads.append(...R.list.heads.map((text) => Object.assign(element("th", text), { scope: "col" })));
     table.createTHead().append(heads);
     table.createTBody().append(...runs.map((run) => this.#row(run)));
     return table;

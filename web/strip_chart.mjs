@@ -3,8 +3,8 @@
 // and keyboard change. Samples or stretches of them come from the station as that span asks for.
 
 import { get } from "./api.mjs";
-import { $, say } from "./dom.mjs";
-import { runTime } from "./run_words.mjs";
+import { $, say, tell } from "./dom.mjs";
+import { R, runTime } from "./run_words.mjs";
 import { SegmentTrack } from "./segment_track.mjs";
 import { linesOf } from "./series.mjs";
 import { loadDygraphs, StripPanel } from "./strip_panel.mjs";
@@ -125,7 +125,7 @@ export class StripChart {
         if (error.where === BUSY && !$("run-view").hidden) {
           await new Promise((done) => setTimeout(done, BUSY_MS));
           this.#stale = true;
-        } else say($("strip-window"), `Not known: ${error.message}`);
+        } else tell($("strip-window"), [R.strip.unknown, { english: error.message }]);
       }
     }
     this.#loading = false;
@@ -178,9 +178,9 @@ export class StripChart {
     const step_s = (to_s - from_s) / 1000;
     const digits_s = step_s >= 1 ? 1 : 10 ** Math.floor(Math.log10(step_s));
     const rows = Math.max(0, ...this.#answered.map((answer) => answer.rows));
-    const how = this.#answered.length === 0 ? "" : $("strip").dataset.kind === "samples" ? `, every one of ${rows} samples` : `, ${rows} samples: least, mean and greatest of each stretch`;
-    say($("strip-window"), `${runTime(from_s, digits_s)} to ${runTime(to_s, digits_s)}${how}`);
-    $("strip").setAttribute("aria-label", `Strip chart, ${$("strip-window").textContent}`);
+    const how = this.#answered.length === 0 ? "" : $("strip").dataset.kind === "samples" ? R.strip.everySample(rows) : R.strip.stretches(rows);
+    say($("strip-window"), `${R.strip.window(runTime(from_s, digits_s), runTime(to_s, digits_s))}${how}`);
+    $("strip").setAttribute("aria-label", R.strip.label($("strip-window").textContent));
   }
 
   // ---- what the user does
@@ -221,7 +221,7 @@ export class StripChart {
     if (this.#line.hidden) return;
     this.#line.style.left = `${this.#xOf(this.#cursor_s)}px`;
     const at = runTime(this.#cursor_s, (to_s - from_s) / 1000);
-    $("strip").setAttribute("aria-label", `Strip chart, at ${at}: ${texts.join(", ")}`);
+    $("strip").setAttribute("aria-label", R.strip.labelAt(at, texts.join(", ")));
   }
 
   #listen() {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The language that the page speaks, and its texts. Of the modules with texts, one a language, only the one that is spoken is loaded.
+// The language that the page speaks, and its texts. Of the modules with texts, one a language, only those that are spoken are loaded: those of the
+// station's own view at once, each group of other views with their modules.
 
 import { speak } from "./format.mjs";
 
@@ -21,19 +22,35 @@ speak(language);
 /** @type {typeof import("./text_en.mjs").text} */
 export const T = (await (language === "de" ? import("./text_de.mjs") : import("./text_en.mjs"))).text;
 
-/** "start.name" → that text. */
-const textOf = (key) => key.split(".").reduce((group, name) => group[name], T);
+/** The group of views whose texts an element has; "" of the station's own. */
+const groupOf = (node) => node.closest("[data-texts]")?.dataset.texts ?? "";
 
 /**
- * Writes the texts of a part of the page, its templates among it, where index.html names their keys: in front of what the element holds.
+ * Writes the texts of a group, those in templates among them, where index.html names their keys ("start.name"): in front of what the element holds.
  * @param {ParentNode} root
+ * @param {string} group
+ * @param {any} texts
  */
-export function writeTexts(root) {
-  for (const node of root.querySelectorAll("[data-text]")) node.prepend(textOf(/** @type {HTMLElement} */ (node).dataset.text), node.firstChild ? " " : "");
+function writeTexts(root, group, texts) {
+  const textOf = (key) => key.split(".").reduce((part, name) => part[name], texts);
+  const named = (name) => /** @type {HTMLElement[]} */ ([...root.querySelectorAll(`[data-${name}]`)]).filter((node) => groupOf(node) === group);
+  for (const node of named("text")) node.prepend(textOf(node.dataset.text), node.firstChild ? " " : "");
   for (const [name, attribute] of Object.entries(ATTRIBUTES)) {
-    for (const node of root.querySelectorAll(`[data-${name}]`)) node.setAttribute(attribute, textOf(/** @type {HTMLElement} */ (node).dataset[name]));
+    for (const node of named(name)) node.setAttribute(attribute, textOf(node.dataset[name]));
   }
-  for (const template of root.querySelectorAll("template")) writeTexts(template.content);
+  for (const template of root.querySelectorAll("template")) writeTexts(template.content, group, texts);
+}
+
+/**
+ * The texts of a group of views (text_GROUP_LANGUAGE.mjs), which are written into its part of the page before it is shown. To be asked for once, by
+ * the module that hands them to the others of the group.
+ * @param {string} group as data-texts of index.html names it
+ * @returns {Promise<any>}
+ */
+export async function textsOf(group) {
+  const { text } = await import(`./text_${group}_${language}.mjs`);
+  writeTexts(document, group, text);
+  return text;
 }
 
 /**
@@ -48,7 +65,7 @@ function choose(tag) {
 /** The whole page in its language; `select`: where another one is chosen. */
 export function connectLanguage(select) {
   document.documentElement.lang = language;
-  writeTexts(document);
+  writeTexts(document, "", T);
   select.append(...Object.entries(LANGUAGES).map(([tag, name]) => Object.assign(new Option(name, tag, tag === language, tag === language), { lang: tag })));
   select.addEventListener("change", () => choose(select.value));
 }

@@ -16,7 +16,7 @@ function placeOf(hash, views) {
  * is NAME-view; a link to it is marked as the current one.
  */
 export function connectViews(views) {
-  const go = (event) => {
+  const go = async (event) => {
     const { name, parameters } = placeOf(location.hash, views);
     for (const other of Object.keys(views)) show($(`${other}-view`), other === name);
     // index.html marks the views whose texts are not in the modules of languages yet.
@@ -26,12 +26,13 @@ export function connectViews(views) {
       if (other.id === `to-${link}`) other.setAttribute("aria-current", "page");
       else other.removeAttribute("aria-current");
     }
-    views[name]?.open(parameters);
-    if (!event) return;
-    // Whoever cannot see the page is told where it has led; where it begins is seen.
+    if (event) scrollTo(0, 0);
+    const place = location.hash;
+    await views[name]?.open(parameters);
+    if (!event || place !== location.hash) return;
+    // Whoever cannot see the page is told where it has led, once there are words for it; where it begins is seen.
     const title = /** @type {HTMLElement | null} */ (document.querySelector(`#${name}-view .view-title`));
     title?.focus({ preventScroll: true });
-    scrollTo(0, 0);
   };
   addEventListener("hashchange", go);
   go(null);

@@ -3,7 +3,7 @@
 
 import { post } from "./api.mjs";
 import { $, element, say, show } from "./dom.mjs";
-import { lossText, scopesOf } from "./run_words.mjs";
+import { lossText, R, scopesOf } from "./run_words.mjs";
 
 export class VoidDialog {
   #document = null;
@@ -22,7 +22,7 @@ export class VoidDialog {
   open(document, segment, user) {
     this.#document = document;
     this.#scopes = scopesOf(document, segment);
-    say($("void-title"), segment ? "Void data of this run?" : "Void this run?");
+    say($("void-title"), segment ? R.void.titleSegment : R.void.titleRun);
     $("void-scope").replaceChildren($("void-scope").querySelector("legend"), ...this.#scopes.map((scope, i) => this.#choice(scope, i)));
     show($("void-scope"), this.#scopes.length > 1);
     $("void-reason").value = "";
