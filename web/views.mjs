@@ -28,8 +28,11 @@ export function connectViews(views) {
     }
     if (event) scrollTo(0, 0);
     const place = location.hash;
+    const focused = document.activeElement;
     await views[name]?.open(parameters);
     if (!event || place !== location.hash) return;
+    // A view may have gone to one of its headings itself.
+    if (document.activeElement !== focused && $(`${name}-view`).contains(document.activeElement)) return;
     // Whoever cannot see the page is told where it has led, once there are words for it; where it begins is seen.
     const title = /** @type {HTMLElement | null} */ (document.querySelector(`#${name}-view .view-title`));
     title?.focus({ preventScroll: true });
