@@ -2,13 +2,17 @@
 """A station without a campaign looks into its slots: which unit each holds, and what is said of those that do not tell."""
 import json
 import socket
+import sys
 import unittest
 import urllib.error
 import urllib.request
 from concurrent.futures import ThreadPoolExecutor
 
 import bench
-from bench import WAIT_S, LabTest, short_procedure
+from bench import ROOT, WAIT_S, LabTest, short_procedure
+
+sys.path.insert(0, str(ROOT / "tests" / "web"))
+from browser import BROWSER, DRIVER, Browser  # noqa: E402
 
 # As the units of three families tell it: the device identifications 0380A001, 0380A002, 0380A003.
 SERIALS = ("0380A001", "58761218", "0058761219")
@@ -112,6 +116,43 @@ class Look(WithSlots):
         self.assertEqual(self.wait_for_end()["state"], "aborted")
         self.give_power(1)
         self.assertEqual([slot["serial"] for slot in self.look()], ["0380A001"])
+
+
+@unittest.skipUnless(BROWSER and DRIVER, "skipped: chromium and chromedriver are not installed")
+class OnThePage(WithSlots):
+    def setUp(self):
+        super().setUp()
+        self.browser = Browser()
+        self.addCleanup(self.browser.close)
+
+    def below(self, slot):
+        return f"#start-slots > :nth-child({slot}) .found"
+
+    def value(self, slot):
+        return self.browser.run("return document.querySelector(`#start-slots [data-slot='${arguments[0]}']`).value", slot)
+
+    def test_what_was_found_stands_below_each_field_and_a_click_takes_it(self):
+        self.start_lab(units=3, edit=lambda text: text.replace('unit = "0380A002"', 'unit = "SN0099"'))
+        self.give_power(1, 1, 0)
+        self.browser.go(self.lab.page)
+        self.browser.wait("return document.querySelectorAll('#start-slots input').length === 3")
+        self.browser.click("#start-look")
+        self.browser.wait_for_text(self.below(1), "✓ 0380A001")
+        self.browser.wait_for_text(self.below(2), "✗ Holds 0380A002")
+        self.browser.wait_for_text(self.below(3), "No answer: is the unit switched on?")
+        self.assertIn("output 3", self.browser.text(self.below(3)))
+        self.assertIn("firmware", self.browser.text(self.below(1)))
+        self.browser.run("document.querySelector(arguments[0]).scrollIntoView({block: 'center'})", self.below(2))
+        self.browser.click(self.below(2) + " button")
+        self.browser.wait_for_text(self.below(2), "✓ 0380A002")
+        self.assertEqual(self.value(2), "0380A002")
+        # What is typed afterwards is judged by what was found.
+        self.browser.type("#start-slots [data-slot='1']", "X")
+        self.browser.wait_for_text(self.below(1), "✗ Holds 0380A001")
+        for width in (320, 390, 1280):
+            self.browser.resize(width, 900)
+            self.assertLessEqual(self.browser.run("return document.documentElement.scrollWidth"), width)
+        self.assertEqual(self.browser.console(), [])
 
 
 if __name__ == "__main__":
