@@ -296,6 +296,7 @@
 /** @typedef {import("./kept_documents.mjs").Procedure} Procedure */
 /** @typedef {import("./kept_documents.mjs").Reference} Reference */
 /** @typedef {import("./kept_documents.mjs").CampaignCheck} CampaignCheck */
+/** @typedef {import("./kept_documents.mjs").SlotFinding} SlotFinding */
 /** @typedef {import("./kept_documents.mjs").Session} Session */
 /** @typedef {import("./kept_documents.mjs").AlarmWay} AlarmWay */
 /** @typedef {import("./kept_documents.mjs").StationKey} StationKey */

@@ -141,6 +141,17 @@
  */
 
 /**
+ * @typedef {object} SlotFinding what POST /api/v1/campaign/look says of a slot
+ * @property {string} slot
+ * @property {number | null} power_output
+ * @property {"identified" | "anonymous" | "silent" | "failed"} answer
+ * @property {string | null} serial
+ * @property {string | null} product
+ * @property {string | null} firmware
+ * @property {string | null} trouble
+ */
+
+/**
  * @typedef {object} StationKey public part of the key that the station signs with
  * @property {string} key_id
  * @property {string} public_key

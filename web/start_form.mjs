@@ -21,6 +21,8 @@ export class StartForm {
   #wasAtRest = null;
   #checks = 0;
   #timer = 0;
+  /** @type {import("./slot_look.mjs").SlotLook | null} */
+  #look = null; // once somebody has looked
 
   /** `userName()`: who starts a campaign. */
   constructor(userName) {
@@ -36,6 +38,7 @@ export class StartForm {
     addEventListener("hashchange", () => this.#load());
     document.addEventListener("visibilitychange", () => this.#load());
     // A scanner ends each serial number with Enter: that is not yet the start.
+    $("start-look").addEventListener("click", () => this.#lookIntoSlots());
     $("start-slots").addEventListener("keydown", (event) => this.#nextSlot(event));
   }
 
@@ -57,9 +60,28 @@ export class StartForm {
       const input = Object.assign(document.createElement("input"), { type: "text", value: unit, maxLength: 200, autocomplete: "off" });
       input.dataset.slot = name;
       label.append(input);
-      return label;
+      const field = element("div", "");
+      field.append(label);
+      return field;
     });
     $("start-slots").replaceChildren(...fields);
+  }
+
+  /** Asks the units themselves, which takes some seconds. */
+  async #lookIntoSlots() {
+    const button = $("start-look");
+    button.disabled = true;
+    say(button, T.start.looking);
+    show($("start-failure"), false);
+    try {
+      const { SlotLook } = await import("./slot_look.mjs");
+      this.#look ??= new SlotLook($("start-slots"));
+      await this.#look.ask(this.#userName());
+    } catch (error) {
+      this.#fail(error.message);
+    }
+    say(button, T.start.look);
+    button.disabled = false;
   }
 
   /** At rest the form lies open; beside a campaign it is for the queue only, and folded. */
@@ -70,6 +92,8 @@ export class StartForm {
     if (atRest || !$("start-box").contains(document.activeElement)) $("start-box").open = atRest;
     say($("start-title"), atRest ? T.start.title : T.start.queueTitle);
     show($("start-send"), atRest);
+    show($("start-look"), atRest);
+    this.#look?.forget(); // units may be changed while a campaign runs
     this.#checkSoon();
   }
 
@@ -200,7 +224,7 @@ export class StartForm {
   }
 
   #nextSlot(event) {
-    if (event.key !== "Enter") return;
+    if (event.key !== "Enter" || event.target.localName !== "input") return;
     event.preventDefault();
     const inputs = [...$("start-slots").querySelectorAll("input")];
     (inputs[inputs.indexOf(event.target) + 1] ?? $(this.#wasAtRest ? "start-send" : "start-queue")).focus();

@@ -298,6 +298,19 @@ export const text = {
     free: (size) => `; ${size} sind frei`,
     refused: (message, place) => `Abgelehnt: ${message}${place}`,
     holds: (slot, serial, type) => `Steckplatz ${slot}: ${serial}, Typ ${type}`,
+    look: "Steckplätze abfragen",
+    looking: "Wird abgefragt, einige Sekunden …",
+  },
+  found: {
+    unit: (serial, product, firmware) => [serial, product, firmware && `Firmware ${firmware}`].filter(Boolean).join(", "),
+    right: (unit) => `✓ ${unit}`,
+    wrong: (unit) => `✗ Hier steckt ${unit}: ein anderer Prüfling als in diesem Feld.`,
+    new: (unit) => `Hier steckt ${unit}.`,
+    take: (serial) => `${serial} übernehmen`,
+    anonymous: "Sendet Daten, sagt aber nicht, wer er ist: andere Art Prüfling oder andere Baudrate?",
+    silent: "Keine Antwort: Ist der Prüfling eingeschaltet?",
+    output: (number) => ` Ausgang ${number}, der ihn speist, wird erst von einer Kampagne eingeschaltet.`,
+    failed: "Nicht abzufragen:",
   },
 
   // ---- devices

@@ -236,6 +236,19 @@ export const text = {
     free: (size) => `; ${size} are free`,
     refused: (message, place) => `Refused: ${message}${place}`,
     holds: (slot, serial, type) => `slot ${slot}: ${serial}, type ${type}`,
+    look: "Look into the slots",
+    looking: "Looking, some seconds…",
+  },
+  found: {
+    unit: (serial, product, firmware) => [serial, product, firmware && `firmware ${firmware}`].filter(Boolean).join(", "),
+    right: (unit) => `✓ ${unit}`,
+    wrong: (unit) => `✗ Holds ${unit}: another unit than in this field.`,
+    new: (unit) => `Holds ${unit}.`,
+    take: (serial) => `Take ${serial}`,
+    anonymous: "Sends data, does not say who it is: another kind of unit, or another baud rate?",
+    silent: "No answer: is the unit switched on?",
+    output: (number) => ` A campaign switches output ${number}, which feeds it, on; this look does not.`,
+    failed: "Cannot be asked:",
   },
 
   // ---- devices

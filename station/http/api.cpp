@@ -104,6 +104,12 @@ Result<json> do_check(StationService& lab, const json& body) {
   return lab.check(*request);
 }
 
+Result<json> do_look(StationService& lab, const json& body) {
+  const auto user = user_of_command(body, {"user"});
+  if (!user) return base::forward_error(user);
+  return lab.look(*user);
+}
+
 Result<json> do_unqueue(StationService& lab, const json& body) {
   const auto user = user_of_command(body, {"user", "campaign"});
   if (!user) return base::forward_error(user);
@@ -164,6 +170,7 @@ const std::vector<ApiCommand>& api_commands() {
   static const std::vector<ApiCommand> commands = {{"start", do_start},
                                                    {"queue", do_queue},
                                                    {"check", do_check},
+                                                   {"look", do_look},
                                                    {"unqueue", do_unqueue},
                                                    {"next", do_next},
                                                    {"pause", user_command<&StationService::pause>},

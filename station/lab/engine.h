@@ -38,7 +38,7 @@ namespace soak::station {
 /// Carries out campaigns: owns the devices and the run files, walks through the plan, persists each step's completion
 /// before the next begins, ends safely whatever happens. Its thread is the only one that touches a device or the
 /// catalog, but for those of the chamber's watch, the journal and the sealing of runs, which have connections of their
-/// own.
+/// own, and those that look into the slots while the station is idle.
 class Engine : public StationService {
  public:
   /// Makes the devices of the configuration; opens none. Takes over what a killed predecessor left behind.
@@ -57,6 +57,7 @@ class Engine : public StationService {
   [[nodiscard]] base::Result<nlohmann::json> start(const StartRequest& request) override;
   [[nodiscard]] base::Result<nlohmann::json> queue(const StartRequest& request) override;
   [[nodiscard]] base::Result<nlohmann::json> check(const StartRequest& request) override;
+  [[nodiscard]] base::Result<nlohmann::json> look(const std::string& user) override;
   [[nodiscard]] base::Status unqueue(const std::string& user, const std::string& campaign) override;
   [[nodiscard]] base::Status next(const std::string& user, const std::string& campaign) override;
   [[nodiscard]] base::Status pause(const std::string& user) override;
@@ -189,6 +190,8 @@ class Engine : public StationService {
   [[nodiscard]] base::Result<nlohmann::json> check_for_queue(const StartRequest& request, QueuedCampaign& queued);
   /// Begins the first campaign of the queue and takes it out.
   [[nodiscard]] base::Result<nlohmann::json> begin_first(const QueuedCampaign& first, const std::string& user);
+  /// Keeps the units' links for a look into the slots: no campaign begins meanwhile.
+  [[nodiscard]] base::Status begin_look();
   [[nodiscard]] base::Status do_pause(const std::string& user);
   [[nodiscard]] base::Status do_resume(const std::string& user);
   [[nodiscard]] base::Status do_abort(const std::string& user, const std::string& reason);
@@ -298,6 +301,7 @@ class Engine : public StationService {
   double next_begin_s_ = 0.0;       ///< process time of the next try
   double next_begin_utc_s_ = 0.0;   ///< the same by the host's clock
   std::string queue_trouble_;       ///< of the last try
+  bool looks_into_slots_ = false;   ///< threads of look() have the units' links
   bool runs_are_lost_ = false;      ///< run files that a killed predecessor left are not entered yet
 
   std::mutex command_mutex_;

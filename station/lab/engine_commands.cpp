@@ -123,6 +123,7 @@ base::Result<nlohmann::json> Engine::stored() {
 
 base::Status Engine::ready_for_start() const {
   if (stop_requested_) return wrong_state("soakd is stopping");
+  if (looks_into_slots_) return wrong_state("somebody is looking into the slots: try again in some seconds");
   if (state_ == CampaignState::stopping) {
     return wrong_state(
         fmt::format("campaign '{}' is being brought to the safe state: wait for it", station_->campaign.name));

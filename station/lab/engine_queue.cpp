@@ -154,7 +154,7 @@ bool Engine::next_begins_by_itself() const {
 }
 
 void Engine::begin_next_by_itself() {
-  if (station_->now_s() < next_begin_s_) return;
+  if (looks_into_slots_ || station_->now_s() < next_begin_s_) return;
   const auto entered = station_->enter_left_runs();
   if (entered && !*entered) return;  // beside this thread: the next turn asks again
   give_notice();

@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a campaign would be, for somebody who still fills in the form: nothing begins and no device is touched.
+// For somebody who still fills in the form: what a campaign would be, without a device, and what the slots hold.
+// Nothing begins.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -13,6 +16,7 @@
 #include "station/config/unit_type_json.h"
 #include "station/io/host.h"
 #include "station/lab/engine.h"
+#include "station/lab/slot_look.h"
 #include "station/lab/start_check.h"
 
 namespace soak::station {
@@ -67,6 +71,33 @@ json plan_part(const CheckedStart& checked) {
 
 base::Result<json> Engine::check(const StartRequest& request) {
   return command([=, this] { return reviewed_document(request); });
+}
+
+base::Status Engine::begin_look() {
+  const auto refused = [](std::string why) { return base::bad_input(std::move(why), "state"); };
+  if (stop_requested_) return refused("soakd is stopping");
+  if (looks_into_slots_) return refused("somebody is looking into the slots: wait some seconds for the answer");
+  if (is_under_way(state_) || state_ == CampaignState::stopping) {
+    return refused(fmt::format("campaign '{}' is {}, and the units are its own: wait for its end",
+                               station_->campaign.name, name_of(state_)));
+  }
+  if (next_begins_by_itself() || (state_ == CampaignState::interrupted && resumes_by_itself_)) {
+    return refused("a campaign is about to begin by itself: wait for its end, or abort");
+  }
+  looks_into_slots_ = true;
+  return {};
+}
+
+base::Result<json> Engine::look(const std::string& user) {
+  const auto begun = status_command([this] { return begin_look(); });
+  if (!begun) return base::forward_error(begun);
+  const auto findings = look_into_slots(config_.slots, stop_requested_);
+  return command([this, &findings, user]() -> base::Result<json> {
+    looks_into_slots_ = false;
+    if (!findings) return base::forward_error(findings);
+    log_.add("unit", "slots", look_text(*findings), user);
+    return look_document(*findings);
+  });
 }
 
 json Engine::procedures(const std::string& file) const {

@@ -375,11 +375,6 @@ class PowerOn : public StepTask {
     return StepProgress::running();
   }
 
-  static std::string product_text(const hal::ImuIdentity& identity) {
-    const std::string product = identity.product.empty() ? "product not told" : identity.product;
-    return identity.firmware.empty() ? product : fmt::format("{}, firmware {}", product, identity.firmware);
-  }
-
   StepProgress open_run(Station& station) {
     for (const UnitChannel* unit : station.active_units()) {
       const auto& identity = unit->imu().identity();

@@ -40,6 +40,9 @@ class StationService {
   /// What that campaign would be and all that is wrong with it, without touching a device: docs/http-api.md. Mistakes
   /// of the request are part of the answer, not errors.
   [[nodiscard]] virtual base::Result<nlohmann::json> check(const StartRequest& request) = 0;
+  /// Asks each slot of an idle station which unit it holds, some 7 s at most; switches nothing. Refuses (state) where a
+  /// campaign is under way, is being made safe or is about to begin by itself. docs/http-api.md.
+  [[nodiscard]] virtual base::Result<nlohmann::json> look(const std::string& user) = 0;
   [[nodiscard]] virtual base::Status unqueue(const std::string& user, const std::string& campaign) = 0;
   /// Begins the first campaign of the queue now. Refuses (state) where it has another name than `campaign`, if that is
   /// given: the queue that the user saw is gone.

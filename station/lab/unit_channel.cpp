@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "station/lab/unit_channel.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <utility>
 
@@ -17,6 +19,11 @@ constexpr float kLowestCredible_c = -150.0F;  ///< anything else is no temperatu
 constexpr float kHighestCredible_c = 300.0F;
 
 }  // namespace
+
+std::string product_text(const hal::ImuIdentity& identity) {
+  const std::string product = identity.product.empty() ? "product not told" : identity.product;
+  return identity.firmware.empty() ? product : fmt::format("{}, firmware {}", product, identity.firmware);
+}
 
 UnitChannel::UnitChannel(Slot slot, std::string serial, calib::UnitType type, std::unique_ptr<hal::Imu> imu,
                          const hal::Imu::Settings& settings)

@@ -64,6 +64,9 @@ class UnitClock {
   std::optional<double> at_s_;
 };
 
+/// "MTi-300, firmware 1.8.2", as far as the unit tells it.
+[[nodiscard]] std::string product_text(const hal::ImuIdentity& identity);
+
 /// One unit of the campaign: its stream, what its thermometer and its inertial sensors show, and its part of the
 /// segment that is being recorded.
 class UnitChannel {

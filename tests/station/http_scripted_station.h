@@ -152,6 +152,11 @@ class ScriptedStation : public StationService {
                 {"notes", json::array()},
                 {"disk", {{"needed_bytes", nullptr}, {"free_bytes", nullptr}}}};
   }
+  base::Result<json> look(const std::string& user) override {
+    if (const auto done = note("look by " + user); !done) return base::forward_error(done);
+    return json::parse(R"({"slots": [{"slot": "A", "power_output": null, "answer": "identified", "serial": "SN0042",
+      "product": "MTi-300", "firmware": "1.8.2", "trouble": null}]})");
+  }
   base::Status unqueue(const std::string& user, const std::string& campaign) override {
     return note_and_set("unqueue " + campaign + " by " + user, "running");
   }

@@ -106,6 +106,7 @@ TEST_F(Http, CommandsReachTheLaboratory) {
             json::parse(R"({"campaign":"c","runs":5,"steps":240,"estimate_s":126000.0,"notes":[]})"));
   EXPECT_EQ(json::parse(body_of(post("/api/v1/campaign/pause", R"({"user":"eva"})"))), json({{"state", "paused"}}));
   post("/api/v1/campaign/resume", "{}");
+  EXPECT_EQ(json::parse(body_of(post("/api/v1/campaign/look", R"({"user":"eva"})"))).at("slots").size(), 1);
   post("/api/v1/campaign/queue", R"({"procedure_text": "x = 1", "campaign": "d", "user": "eva"})");
   post("/api/v1/campaign/unqueue", R"({"campaign": "d", "user": "eva"})");
   post("/api/v1/campaign/next", R"({"campaign": "e", "user": "eva"})");
@@ -114,8 +115,8 @@ TEST_F(Http, CommandsReachTheLaboratory) {
        "Content-Type: application/json; charset=utf-8\r\n");
   EXPECT_EQ(lab.commands(),
             (std::vector<std::string>{"start c soak.toml [x = 1] A=SN1 B=SN2 by eva", "pause by eva",
-                                      "resume by unknown", "queue d procedure [x = 1] by eva", "unqueue d by eva",
-                                      "next e by eva", "confirm 7 by eva", "abort by eva: cable"}));
+                                      "resume by unknown", "look by eva", "queue d procedure [x = 1] by eva",
+                                      "unqueue d by eva", "next e by eva", "confirm 7 by eva", "abort by eva: cable"}));
 }
 
 TEST_F(Http, MalformedCommandsAreRefusedAndDoNotReachTheLaboratory) {

@@ -13,7 +13,7 @@ from soak_cli import check_schema
 
 READS = ["status", "plan", "history", "stored", "noise?unit=x", "log", "runs", f"run?run=x&unit={UNIT}", "run/series", "units",
          f"unit?unit={UNIT}", "jobs", "job?id=1", "job/file?id=1", "events", "session", "alarms", "key"]
-COMMANDS = ["campaign/start", "campaign/queue", "campaign/unqueue", "campaign/next", "campaign/pause", "campaign/resume", "campaign/abort",
+COMMANDS = ["campaign/start", "campaign/queue", "campaign/look", "campaign/unqueue", "campaign/next", "campaign/pause", "campaign/resume", "campaign/abort",
             "campaign/confirm", "jobs", "jobs/cancel", "run/void", "alarms/test", "key/new", "logout"]
 ABORT = {"reason": "smoke"}
 SLOW = 200

@@ -1,0 +1,159 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A station without a campaign looks into its slots: which unit each holds, and what is said of those that do not tell."""
+import json
+import socket
+import sys
+import unittest
+import urllib.error
+import urllib.request
+from concurrent.futures import ThreadPoolExecutor
+
+import bench
+from bench import ROOT, WAIT_S, LabTest, short_procedure
+
+sys.path.insert(0, str(ROOT / "tests" / "web"))
+from browser import BROWSER, DRIVER, Browser  # noqa: E402
+
+# As the units of three families tell it: the device identifications 0380A001, 0380A002, 0380A003.
+SERIALS = ("0380A001", "58761218", "0058761219")
+CONTACTS = 16  # register of the relay card that shows the first one
+
+
+class WithSlots(LabTest):
+    def give_power(self, *outputs):
+        """As somebody at a switch of the laboratory's own would: soakd has no part in it."""
+        relays = self.modbus("relay")
+        for number, state in enumerate(outputs):
+            self.assertFalse(relays.write_register(number, state, 1).isError())
+
+    def outputs(self, count):
+        return self.modbus("relay").read_holding_registers(CONTACTS, count, 1).registers
+
+    def post(self, command, **body):
+        request = urllib.request.Request(f"{self.lab.page}api/v1/campaign/{command}", json.dumps(body).encode(),
+                                         {"Content-Type": "application/json"})
+        with urllib.request.urlopen(request, timeout=60) as answer:
+            return json.load(answer)
+
+    def look(self):
+        document = self.post("look", user="Eva")
+        self.check_schema(document, "http-campaign-look")
+        return document["slots"]
+
+    def refusal(self, command, **body):
+        """(status, where, message) of a command that must be refused."""
+        with self.assertRaises(urllib.error.HTTPError) as refused:
+            self.post(command, **body)
+        error = json.load(refused.exception)["error"]
+        return refused.exception.code, error["where"], error["message"]
+
+    def turn(self):
+        """How often the engine has turned so far, as far as it shows."""
+        with urllib.request.urlopen(self.lab.page + "api/v1/alive", timeout=30) as answer:
+            return json.load(answer)["turn"]
+
+
+class Look(WithSlots):
+    def test_units_of_three_families_say_who_they_are_and_nothing_is_switched(self):
+        self.start_lab(units=3, soaksim_options=["--decoder", "xsens", "ahrs400", "vectornav"])
+        self.give_power(1, 1, 1)
+        slots = self.look()
+        self.assertEqual([(slot["slot"], slot["answer"], slot["serial"]) for slot in slots],
+                         [(str(n), "identified", serial) for n, serial in enumerate(SERIALS, 1)])
+        for slot in slots:
+            self.assertIn("SIMULATED", slot["product"])
+        self.assertEqual(self.outputs(3), [1, 1, 1])
+        self.assert_event("unit", "slots", "slot 1", *SERIALS)
+        self.assertEqual(self.query("SELECT DISTINCT user FROM event WHERE subject = 'slots'"), [("Eva",)])
+        # The links are free again.
+        self.assertEqual(self.look(), slots)
+
+    def test_slots_that_do_not_tell_say_why(self):
+        def speak_otherwise(text):
+            before, third = text.split('name = "3"')
+            return before + 'name = "3"' + third.replace('decoder = "xsens"', 'decoder = "vectornav"', 1)
+        self.start_lab(units=4, cut=["unit4"], edit=speak_otherwise)
+        self.proxies["unit4"].cut()
+        self.give_power(1, 0, 1, 1)
+        one, off, other, gone = self.look()
+        self.assertEqual((one["answer"], one["serial"]), ("identified", "0380A001"))
+        self.assertEqual((off["answer"], off["power_output"], off["trouble"]), ("silent", 2, None))
+        self.assertEqual((other["answer"], other["serial"]), ("anonymous", None))
+        self.assertEqual(gone["answer"], "failed")
+        self.assertIn("127.0.0.1", gone["trouble"])
+        self.assertEqual(self.outputs(4), [1, 0, 1, 1])
+
+    def test_while_it_looks_the_engine_turns_and_no_campaign_begins(self):
+        with socket.create_server(("127.0.0.1", 0)) as mute:
+            port = mute.getsockname()[1]
+            self.start_lab(edit=lambda text: text.replace(f"port = {self.lab.ports['units'][0]}\n", f"port = {port}\n"))
+            mute.settimeout(WAIT_S)
+            with ThreadPoolExecutor(1) as beside:
+                found = beside.submit(self.look)
+                wire, _ = mute.accept()  # the look is under way, and lasts until it gives this unit up
+                with wire:
+                    before = self.turn()
+                    while self.turn() == before:
+                        self.assertFalse(found.done(), "the engine stood still as long as the look lasted")
+                    for command, body in (("look", {}), ("start", {"procedure_text": short_procedure(), "campaign": "c"})):
+                        status, where, message = self.refusal(command, **body)
+                        self.assertEqual((status, where), (409, "state"))
+                        self.assertIn("looking into the slots", message)
+                    self.assertFalse(found.done())
+                    self.assertEqual([slot["answer"] for slot in found.result()], ["silent"])
+        self.assertEqual(self.status()["state"], "idle")
+
+    def test_it_is_refused_while_a_campaign_is_under_way_and_works_after_it(self):
+        self.start_lab()
+        self.start_campaign(short_procedure(set_points=(20,)))
+        self.wait_for_step("record")
+        status, where, message = self.refusal("look")
+        self.assertEqual((status, where), (409, "state"))
+        self.assertIn("'c'", message)
+        self.post("pause")
+        self.assertEqual(self.refusal("look")[:2], (409, "state"))
+        self.post("abort", reason="test")
+        self.assertEqual(self.wait_for_end()["state"], "aborted")
+        self.give_power(1)
+        self.assertEqual([slot["serial"] for slot in self.look()], ["0380A001"])
+
+
+@unittest.skipUnless(BROWSER and DRIVER, "skipped: chromium and chromedriver are not installed")
+class OnThePage(WithSlots):
+    def setUp(self):
+        super().setUp()
+        self.browser = Browser()
+        self.addCleanup(self.browser.close)
+
+    def below(self, slot):
+        return f"#start-slots > :nth-child({slot}) .found"
+
+    def value(self, slot):
+        return self.browser.run("return document.querySelector(`#start-slots [data-slot='${arguments[0]}']`).value", slot)
+
+    def test_what_was_found_stands_below_each_field_and_a_click_takes_it(self):
+        self.start_lab(units=3, edit=lambda text: text.replace('unit = "0380A002"', 'unit = "SN0099"'))
+        self.give_power(1, 1, 0)
+        self.browser.go(self.lab.page)
+        self.browser.wait("return document.querySelectorAll('#start-slots input').length === 3")
+        self.browser.click("#start-look")
+        self.browser.wait_for_text(self.below(1), "✓ 0380A001")
+        self.browser.wait_for_text(self.below(2), "✗ Holds 0380A002")
+        self.browser.wait_for_text(self.below(3), "No answer: is the unit switched on?")
+        self.assertIn("output 3", self.browser.text(self.below(3)))
+        self.assertIn("firmware", self.browser.text(self.below(1)))
+        self.browser.run("document.querySelector(arguments[0]).scrollIntoView({block: 'center'})", self.below(2))
+        self.browser.click(self.below(2) + " button")
+        self.browser.wait_for_text(self.below(2), "✓ 0380A002")
+        self.assertEqual(self.value(2), "0380A002")
+        # What is typed afterwards is judged by what was found.
+        self.browser.type("#start-slots [data-slot='1']", "X")
+        self.browser.wait_for_text(self.below(1), "✗ Holds 0380A001")
+        for width in (320, 390, 1280):
+            self.browser.resize(width, 900)
+            self.assertLessEqual(self.browser.run("return document.documentElement.scrollWidth"), width)
+        self.assertEqual(self.browser.console(), [])
+
+
+if __name__ == "__main__":
+    bench.main()

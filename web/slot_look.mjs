@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the station has found in its slots, below the fields for the serial numbers: which unit it is, whether it is the one in the field, a click that takes it.
+
+import { send } from "./api.mjs";
+import { element, english } from "./dom.mjs";
+import { T } from "./text.mjs";
+
+/** @typedef {import("./documents.mjs").SlotFinding} SlotFinding */
+
+/**
+ * A line below the field: what stands in it decides whether the unit is the right one.
+ * @param {SlotFinding} finding
+ * @param {string} entered
+ */
+function words({ answer, serial, product, firmware, power_output, trouble }, entered) {
+  switch (answer) {
+    case "identified": {
+      const unit = T.found.unit(serial, product, firmware);
+      if (entered === serial) return { level: "good", parts: [T.found.right(unit)] };
+      return entered ? { level: "bad", parts: [T.found.wrong(unit)] } : { level: "", parts: [T.found.new(unit)] };
+    }
+    case "anonymous":
+      return { level: "bad", parts: [T.found.anonymous] };
+    case "silent":
+      return { level: "reason", parts: [T.found.silent, power_output === null ? "" : T.found.output(power_output)] };
+    default:
+      return { level: "bad", parts: [`${T.found.failed} `, english(trouble)] };
+  }
+}
+
+export class SlotLook {
+  #fields;
+  /** @type {SlotFinding[]} */
+  #findings = [];
+
+  /** `fields`: the element with the inputs, each of which names its slot. */
+  constructor(fields) {
+    this.#fields = fields;
+    fields.addEventListener("input", () => this.#show());
+  }
+
+  /** Throws where the station does not look. */
+  async ask(user) {
+    this.forget();
+    this.#findings = (await send("look", { user })).slots;
+    this.#show();
+  }
+
+  forget() {
+    this.#findings = [];
+    this.#show();
+  }
+
+  #show() {
+    for (const input of this.#fields.querySelectorAll("input")) {
+      const line = this.#lineOf(input);
+      const finding = this.#findings.find(({ slot }) => slot === input.dataset.slot);
+      if (!finding) {
+        line.replaceChildren();
+        continue;
+      }
+      const { level, parts } = words(finding, input.value.trim());
+      line.className = `found ${level}`;
+      const offer = finding.serial !== null && finding.serial !== input.value.trim();
+      line.replaceChildren(...parts, ...(offer ? [" ", this.#offer(input, finding.serial)] : []));
+    }
+  }
+
+  /** The line below a field, which screen readers tell when it changes. */
+  #lineOf(input) {
+    const field = input.closest("div");
+    const known = field.querySelector(".found");
+    if (known) return known;
+    const line = element("p", "");
+    line.className = "found";
+    line.setAttribute("role", "status");
+    field.append(line);
+    return line;
+  }
+
+  #offer(input, serial) {
+    const button = Object.assign(element("button", T.found.take(serial)), { type: "button", className: "small" });
+    button.addEventListener("click", () => {
+      input.value = serial;
+      input.focus();
+      // The form checks what it is filled with now, as if it were typed.
+      input.dispatchEvent(new Event("input", { bubbles: true }));
+    });
+    return button;
+  }
+}
