@@ -214,6 +214,12 @@ class Judged(unittest.TestCase):
         report = self.report(503, "telegraph", 2.4)
         self.assertEqual(report["verdict"], "unknown", report["reason"])
 
+    def test_of_two_twins_the_likelier_is_named_first(self):
+        report = self.report(30001, "gradient", 0.6)
+        effect = report["effects"][0]
+        self.assertEqual((effect["name"], list(effect["odds"])), ("temperature_gradient", ["temperature_rate"]), report["reason"])
+        self.assertLess(effect["odds"]["temperature_rate"], 1.0)
+
     def test_what_cannot_be_told_apart_has_odds(self):
         effect = self.report(502, "g_sensitivity", 1.2)["effects"][0]
         self.assertEqual(sorted(effect["odds"]), sorted(effect["confusable_with"]))

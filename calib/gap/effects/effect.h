@@ -102,8 +102,6 @@ struct Effect {
   /// Whether its regressors follow the history of temperature or time by a shape that the mechanism need not have: then
   /// a small share that a twin takes beside it means that it is neither.
   bool follows_history = false;
-  /// The twin that is taken instead where the data hardly tell the two apart: what more units have.
-  std::string_view commoner = {};
   bool lab_only = true;  ///< cannot be evaluated from the course of the unit's own temperature
 };
 

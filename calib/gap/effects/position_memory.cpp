@@ -68,7 +68,6 @@ Effect position_memory() {
       "stress from the weight of parts, gels and mounts creeps: a sensor still feels the position before, and less of "
       "it with time";
   effect.twins = {"g_sensitivity", "earth_rate"};
-  effect.commoner = "g_sensitivity";
   effect.experiment = "the same positions in another order, and one that is held for an hour";
   effect.missing = [](const RegressorInputs& in) -> std::optional<std::string> {
     if (auto one = one_attitude_only(in)) return one;

@@ -18,7 +18,6 @@ Effect temperature_gradient() {
   effect.name = "temperature_gradient";
   effect.physics = "a gradient across the package, from the air outside to the thermometer inside, bends it";
   effect.twins = {"temperature_rate", "sensor_lag"};
-  effect.commoner = "temperature_rate";
   effect.experiment =
       "a step of the air while the unit is at rest at a plateau: the gradient is there before the unit has warmed";
   effect.missing = [](const RegressorInputs& in) -> std::optional<std::string> {

@@ -17,8 +17,6 @@ constexpr double kLeastShare = 0.05;
 /// Share of the winner's merit from which another effect is told as nearly as good, and a twin of it.
 constexpr double kRival = 0.8;
 constexpr double kTwin = 0.6;
-/// Merit by which a rarer mechanism must stand above its commoner twin: odds of 150 to 1.
-constexpr double kRarer = 10.0;
 
 /// One shape of an effect, tested.
 struct Contender {
@@ -175,19 +173,13 @@ NamedEffect describe(const CampaignModel& model, const Contender& winner, double
   return effect;
 }
 
-/// The one of the greatest merit among those that pass the gates, or its commoner twin if that passes them nearly as
-/// well; null where none does.
+/// The one of the greatest merit among those that pass the gates; null where none does.
 const Contender* winner_of(const std::vector<Contender>& best, double tests) {
   const auto passes = [&](const Contender& contender) {
     return contender.standing.p * tests <= kGate && contender.standing.merit > 0.0 && contender.standing.enough_folds;
   };
   const auto first = std::find_if(best.begin(), best.end(), passes);
-  if (first == best.end()) return nullptr;
-  const auto commoner = std::find_if(first, best.end(), [&](const Contender& other) {
-    return other.effect->name == first->effect->commoner && passes(other) &&
-           other.standing.merit >= first->standing.merit - kRarer;
-  });
-  return commoner != best.end() ? &*commoner : &*first;
+  return first == best.end() ? nullptr : &*first;
 }
 
 /// Odds of another effect against the winner: e to half the difference of their merits, which are differences of the
