@@ -8,6 +8,7 @@
 #include "calib/signal/allan/allan.h"
 #include "calib/signal/allan/allan_fit.h"
 #include "nav/filter/alignment.h"
+#include "nav/geometry/earth.h"
 
 namespace soak::nav {
 namespace {
@@ -34,13 +35,27 @@ base::Result<SensorModel> model_of_rest(const std::vector<double>& readings, dou
   return sensor_model_of(*fit, start_sigma, start);
 }
 
+/// What align() leaves of the Earth's rotation in the gyros' biases by a wrong heading: its horizontal part times the
+/// heading's error, to the east. Where the body axes point is not asked: each that lies horizontally is taken for east.
+Eigen::Vector3d left_of_earth_rate_rps(const Drive& drive, double rest_end_s, double heading_sigma_rad) {
+  Eigen::Vector3d force_mps2 = Eigen::Vector3d::Zero();
+  for (const ImuSample& sample : drive.imu) {
+    if (sample.t_s > rest_end_s) break;
+    force_mps2 += sample.force_mps2;
+  }
+  const Eigen::Vector3d up = force_mps2.normalized();
+  const Eigen::Vector3d level = (1.0 - up.array().square()).max(0.0).sqrt();
+  return heading_sigma_rad * earth_rate_rps(drive.gnss.front().position.latitude_rad).y() * level;
+}
+
 }  // namespace
 
-SensorModels tuned_at_rest(const Drive& drive, const SensorModels& otherwise) {
+SensorModels tuned_at_rest(const Drive& drive, const SensorModels& otherwise, double heading_sigma_rad) {
   SensorModels models = otherwise;
   const double first_s = drive.imu.front().t_s;
   const double rest_s = end_of_rest_s(drive) - first_s;
   if (rest_s < kShortestRest_s) return models;
+  const Eigen::Vector3d earth_sigma_rps = left_of_earth_rate_rps(drive, first_s + rest_s, heading_sigma_rad);
   for (const Sensor sensor : calib::kSensors) {
     SensorModel& model = models[calib::index_of(sensor)];
     std::vector<double> readings;
@@ -58,8 +73,9 @@ SensorModels tuned_at_rest(const Drive& drive, const SensorModels& otherwise) {
     model.bias = tuned->bias;
     model.bias.walk = walk;
     if (calib::is_gyro(sensor)) {
-      model.bias.start_sigma =
-          std::hypot(model.white / std::sqrt(rest_s), model.bias.sigma, model.bias.walk * std::sqrt(rest_s));
+      const double moved = std::hypot(model.bias.sigma, model.bias.walk * std::sqrt(rest_s));
+      model.bias.start_sigma = std::hypot(model.white / std::sqrt(rest_s), moved,
+                                          earth_sigma_rps(static_cast<Eigen::Index>(calib::axis_of(sensor))));
     }
   }
   return models;

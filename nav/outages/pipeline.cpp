@@ -42,7 +42,9 @@ base::Result<FilterSetup> set_up(const FilterPipeline& parts, const Drive& seen)
   auto start = align(setup.drive, parts.alignment);
   if (!start) return base::forward_error(start);
   setup.start = *std::move(start);
-  if (parts.tune_at_rest) setup.options.sensors = tuned_at_rest(setup.drive, setup.options.sensors);
+  if (parts.tune_at_rest) {
+    setup.options.sensors = tuned_at_rest(setup.drive, setup.options.sensors, parts.alignment.heading_sigma_rad);
+  }
   return setup;
 }
 

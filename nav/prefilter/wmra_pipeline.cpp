@@ -27,18 +27,18 @@ double& reading(ImuSample& sample, Eigen::Index sensor) {
   return sensor < 3 ? sample.rate_rps(sensor) : sample.force_mps2(sensor - 3);
 }
 
-/// Puts what `filter` makes of each sensor's readings in their place.
-base::Status filter_readings(
-    Samples& samples, const std::function<base::Result<std::vector<double>>(const std::vector<double>&)>& filter) {
+/// The samples with what `filter` makes of each sensor's readings in their place.
+base::Result<Samples> filtered(
+    Samples samples, const std::function<base::Result<std::vector<double>>(const std::vector<double>&)>& filter) {
   for (Eigen::Index sensor = 0; sensor < 6; ++sensor) {
     std::vector<double> values;
     values.reserve(samples.size());
     for (ImuSample& sample : samples) values.push_back(reading(sample, sensor));
-    const auto filtered = filter(values);
-    if (!filtered) return base::forward_error(filtered);
-    for (std::size_t i = 0; i < samples.size(); ++i) reading(samples[i], sensor) = (*filtered)[i];
+    const auto smooth = filter(values);
+    if (!smooth) return base::forward_error(smooth);
+    for (std::size_t i = 0; i < samples.size(); ++i) reading(samples[i], sensor) = (*smooth)[i];
   }
-  return {};
+  return samples;
 }
 
 base::Result<Denoised> denoised(std::span<const double> values) {
@@ -89,9 +89,10 @@ base::Result<std::vector<Solution>> solve_live(const FilterPipeline& parts, cons
         fmt::format("{} samples lie before the filter's start; wavelets need {} to know the noise", known, latency),
         seen.name);
   }
+  auto readings = smoothed_live(setup->drive.imu, known);
+  if (!readings) return base::forward_error(readings);
   Drive smooth = setup->drive;
-  auto status = filter_readings(smooth.imu, [&](const std::vector<double>& values) { return streamed(values, known); });
-  if (!status) return base::forward_error(status);
+  smooth.imu = *std::move(readings);
   FilterRun run(smooth, setup->start, setup->options);
   std::vector<Solution> solutions;
   for (const double wanted_s : t_s) {
@@ -105,17 +106,26 @@ base::Result<std::vector<Solution>> solve_live(const FilterPipeline& parts, cons
 
 base::Result<std::vector<Solution>> solve_batch(const FilterPipeline& parts, const Drive& seen,
                                                 std::span<const double> t_s) {
+  auto readings = smoothed_batch(seen.imu);
+  if (!readings) return base::forward_error(readings);
   Drive smooth = seen;
-  auto status = filter_readings(smooth.imu, [](const std::vector<double>& values) -> base::Result<std::vector<double>> {
-    auto result = denoised(values);
-    if (!result) return base::forward_error(result);
-    return std::move(result->signal);
-  });
-  if (!status) return base::forward_error(status);
+  smooth.imu = *std::move(readings);
   return filter_pipeline(parts).solve(smooth, t_s);
 }
 
 }  // namespace
+
+base::Result<std::vector<ImuSample>> smoothed_live(std::vector<ImuSample> samples, std::size_t known) {
+  return filtered(std::move(samples), [&](const std::vector<double>& values) { return streamed(values, known); });
+}
+
+base::Result<std::vector<ImuSample>> smoothed_batch(std::vector<ImuSample> samples) {
+  return filtered(std::move(samples), [](const std::vector<double>& values) -> base::Result<std::vector<double>> {
+    auto result = denoised(values);
+    if (!result) return base::forward_error(result);
+    return std::move(result->signal);
+  });
+}
 
 Pipeline wmra(FilterPipeline filter) {
   return {"wmra", "readings through wavelets as it could run live: no later sample is used; the same filter",

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
+#include <vector>
+
 #include "nav/outages/pipeline.h"
 
 /// A filter whose readings go through wavelet multi-resolution analysis before [AH05 chapter 4]: three levels of db8,
@@ -17,5 +20,12 @@ namespace soak::nav {
 /// The thesis' way: the whole recording at once, thresholds from all of it. It looks ahead: a solution inside the
 /// outage knows readings up to the outage's end, and no receiver could give it then. Fails as align() does.
 [[nodiscard]] Pipeline wmra_batch(FilterPipeline filter);
+
+/// The readings that wmra() gives to its filter once they are final: thresholds from the first `known` of them. Fails
+/// as calib::signal::denoise() does.
+[[nodiscard]] base::Result<std::vector<ImuSample>> smoothed_live(std::vector<ImuSample> samples, std::size_t known);
+
+/// The readings that wmra_batch() gives to its filter, thresholds from all of them. Fails likewise.
+[[nodiscard]] base::Result<std::vector<ImuSample>> smoothed_batch(std::vector<ImuSample> samples);
 
 }  // namespace soak::nav

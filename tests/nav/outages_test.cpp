@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
@@ -182,11 +183,37 @@ TEST(Tuning, ARestDoesNotHoldABiasThatTheTemperatureWillMove) {
   Drive drive = Trajectory(kOrigin, 0.3, maneuvers).drive(50, 50, Vector3d::Zero());
   add_errors(drive.imu, quiet, {}, {}, 1);
   drive.gnss = simulated_fixes(drive.truth, 1, {}, 1);
-  const SensorModels tuned = tuned_at_rest(drive, typical);
+  const SensorModels tuned = tuned_at_rest(drive, typical, AlignmentOptions{}.heading_sigma_rad);
   for (std::size_t k = 0; k < tuned.size(); ++k) {
     EXPECT_GE(tuned[k].bias.walk, typical[k].bias.walk);
     EXPECT_GE(tuned[k].white, typical[k].white);
   }
+}
+
+TEST(Tuning, TheStartOfAGyrosBiasHoldsWhatAWrongHeadingLeavesOfTheEarthsRotation) {
+  UnitErrors quiet;
+  quiet.gyro.white = 1e-7;
+  quiet.accel.white = 1e-5;
+  const std::vector<Maneuver> maneuvers = {{40}, {10, 12.0}};
+  Drive drive = Trajectory(kOrigin, 0.3, maneuvers).drive(50, 50, Vector3d::Zero());
+  add_errors(drive.imu, quiet, {}, {}, 1);
+  drive.gnss = simulated_fixes(drive.truth, 1, {0.02, 0.04, 1e-6, 1e-6}, 1);
+  // The vehicle slips aside by as much as one standard deviation of the heading.
+  const AlignmentOptions options;
+  const Eigen::AngleAxisd aside(options.heading_sigma_rad, Vector3d::UnitZ());
+  for (GnssFix& fix : drive.gnss) fix.velocity_mps = aside * fix.velocity_mps;
+  const auto start = align(drive, options);
+  ASSERT_TRUE(start);
+  const SensorModels tuned = tuned_at_rest(drive, {}, options.heading_sigma_rad);
+  const double left_rps = options.heading_sigma_rad * 7.292115e-5 * std::cos(kOrigin.latitude_rad);
+  EXPECT_NEAR(start->gyro_bias_rps.norm(), left_rps, 0.05 * left_rps);
+  for (const calib::Sensor gyro : {calib::Sensor::gyro_x, calib::Sensor::gyro_y}) {
+    const double sigma_rps = tuned[calib::index_of(gyro)].bias.start_sigma;
+    EXPECT_LE(std::abs(start->gyro_bias_rps(static_cast<Eigen::Index>(calib::axis_of(gyro)))), sigma_rps);
+    EXPECT_NEAR(sigma_rps, left_rps, 0.05 * left_rps);
+  }
+  // The upright gyro reads the same at any heading.
+  EXPECT_LT(tuned[calib::index_of(calib::Sensor::gyro_z)].bias.start_sigma, 0.1 * left_rps);
 }
 
 TEST(Outages, ACorrectionSeesTheUnitsOwnAxes) {
