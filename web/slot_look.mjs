@@ -7,6 +7,9 @@ import { T } from "./text.mjs";
 
 /** @typedef {import("./documents.mjs").SlotFinding} SlotFinding */
 
+/** Units are changed at rest: what was found some minutes ago vouches for nothing. */
+const KEPT_MS = 5 * 60_000;
+
 /**
  * A line below the field: what stands in it decides whether the unit is the right one.
  * @param {SlotFinding} finding
@@ -20,7 +23,7 @@ function words({ answer, serial, product, firmware, power_output, trouble }, ent
       return entered ? { level: "bad", parts: [T.found.wrong(unit)] } : { level: "", parts: [T.found.new(unit)] };
     }
     case "anonymous":
-      return { level: "bad", parts: [T.found.anonymous] };
+      return { level: "bad", parts: [T.found.anonymous, ...(trouble === null ? [] : [" ", english(trouble)])] };
     case "silent":
       return { level: "reason", parts: [T.found.silent, power_output === null ? "" : T.found.output(power_output)] };
     default:
@@ -32,6 +35,7 @@ export class SlotLook {
   #fields;
   /** @type {SlotFinding[]} */
   #findings = [];
+  #expiry = 0;
 
   /** `fields`: the element with the inputs, each of which names its slot. */
   constructor(fields) {
@@ -43,10 +47,12 @@ export class SlotLook {
   async ask(user) {
     this.forget();
     this.#findings = (await send("look", { user })).slots;
+    this.#expiry = setTimeout(() => this.forget(), KEPT_MS);
     this.#show();
   }
 
   forget() {
+    clearTimeout(this.#expiry);
     this.#findings = [];
     this.#show();
   }

@@ -100,6 +100,7 @@ export const text = {
     language: "Sprache",
     licence: "Lizenz von dygraphs",
     english: "Diese Ansicht gibt es bisher nur auf Englisch.",
+    viewFailure: "Diese Ansicht konnte nicht geladen werden. Ist die Station da? Die Seite neu laden.",
   },
   lost: {
     title: "Keine Verbindung zu soakd.",

@@ -25,6 +25,7 @@ export const text = {
     language: "Language",
     licence: "Licence of dygraphs",
     english: "This view is in English only as yet.",
+    viewFailure: "This view could not be loaded. Is the station there? Reload the page.",
   },
   lost: {
     title: "No connection to soakd.",

@@ -29,7 +29,11 @@ export function connectViews(views) {
     if (event) scrollTo(0, 0);
     const place = location.hash;
     const focused = document.activeElement;
-    await views[name]?.open(parameters);
+    const isOpen = await Promise.resolve(views[name]?.open(parameters)).then(() => true, (error) => {
+      console.warn(`${name}:`, error.message);
+      return false;
+    });
+    if (place === location.hash) show($("view-failure"), !isOpen);
     if (!event || place !== location.hash) return;
     // A view may have gone to one of its headings itself.
     if (document.activeElement !== focused && $(`${name}-view`).contains(document.activeElement)) return;

@@ -8,11 +8,11 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <exception>
 #include <future>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <system_error>
 
 #include "station/lab/unit_channel.h"
 
@@ -35,7 +35,7 @@ std::optional<hal::ImuIdentity> identity_of(const hal::Imu& imu) {
   return is_told ? identity : std::nullopt;
 }
 
-SlotFinding look_into(const Slot& slot, const std::atomic<bool>& stop) {
+SlotFinding listen_to(const Slot& slot, const std::atomic<bool>& stop) {
   SlotFinding finding{slot.name, slot.power_output, SlotAnswer::silent, {}, {}};
   const auto failed = [&](const base::Error& error, SlotAnswer answer) {
     finding.answer = answer;
@@ -63,6 +63,15 @@ SlotFinding look_into(const Slot& slot, const std::atomic<bool>& stop) {
   return finding;
 }
 
+/// What a library throws is the slot's trouble: the station has to hear that the look is over.
+SlotFinding look_into(const Slot& slot, const std::atomic<bool>& stop) {
+  try {
+    return listen_to(slot, stop);
+  } catch (const std::exception& error) {
+    return {slot.name, slot.power_output, SlotAnswer::failed, {}, error.what()};
+  }
+}
+
 std::string text_of(const SlotFinding& finding) {
   switch (finding.answer) {
     case SlotAnswer::identified:
@@ -87,7 +96,7 @@ base::Result<std::vector<SlotFinding>> look_into_slots(const std::vector<Slot>& 
     for (const Slot& slot : slots) {
       looks.push_back(std::async(std::launch::async, [&slot, &stop] { return look_into(slot, stop); }));
     }
-  } catch (const std::system_error& error) {
+  } catch (const std::exception& error) {  // no thread, or no memory
     return base::fail(base::ErrorKind::internal,
                       fmt::format("the computer gives no thread for each slot ({}): try again", error.what()), "slots");
   }

@@ -18,12 +18,13 @@ constexpr std::string_view kHeading = "<section id=\"impact\"><h2>What the calib
 
 std::string drift_table(const json& sensors) {
   html::Table table("Position error from each sensor's bias alone, m",
-                    {"sensor", "unit", "change of the bias", "left of it, 95 %", "after 30 s, without",
+                    {"sensor", "unit", "change of the bias", "left of it, 95 %", "by", "after 30 s, without",
                      "after 30 s, with", "after 60 s, without", "after 60 s, with"});
   for (const json& sensor : sensors) {
     std::vector<html::Cell> cells = {html::row_heading(sensor["sensor"].get<std::string>()),
                                      html::html_cell(html::unit_text(sensor["unit"].get<std::string>())),
-                                     html::number_cell(sensor["change"]), html::number_cell(sensor["left"])};
+                                     html::number_cell(sensor["change"]), html::number_cell(sensor["left"]),
+                                     html::html_cell(html::text_of(sensor, "left_interval"))};
     for (const char* time : {"after_30_s_m", "after_60_s_m"}) {
       for (const char* which : {"without", "with"}) cells.push_back(html::number_cell(sensor[time][which]));
     }
@@ -41,9 +42,9 @@ std::string impact_part(const json& impact, const std::string& unit) {
   }
   html += fmt::format(
       "<p>Without satellite navigation, while the temperature goes from {} °C at power-on to {} °C; the bias at "
-      "power-on "
-      "is known, the sensor's axis lies horizontally. <b>With</b>: from what the calibration leaves for one fresh "
-      "power-on (95 %).</p>\n",
+      "power-on is known, the sensor's axis lies horizontally. <b>With</b>: from what the calibration leaves (95 %), "
+      "<i>by</i> <code>pi95</code> for one fresh power-on; <code>ci95</code> is of the mean curve alone, and can be "
+      "much too small.</p>\n",
       html::number(impact["from_c"].get<double>(), 1), html::number(impact["to_c"].get<double>(), 1));
   html += drift_table(impact["free_inertial"]);
   for (const json& warning : impact["warnings"]) html += "<p>" + html::text_of(warning, "text") + ".</p>\n";

@@ -38,6 +38,17 @@ class AtRest(StationTest):
         self.rest()
         self.browser.console()  # the page notes the failure there
 
+    def test_a_view_that_cannot_be_loaded_is_said(self):
+        self.rest()
+        self.browser.devtools("Network.enable")
+        self.addCleanup(self.browser.devtools, "Network.disable")
+        self.browser.devtools("Network.setBlockedURLs", urls=["*fleet_view*"])
+        self.browser.click("#to-fleet")
+        self.see("#view-failure", "could not be loaded")
+        self.browser.click("#to-station")
+        self.hidden("#view-failure")
+        self.browser.console()  # the page notes the failure there
+
     def test_what_was_stored_in_another_year_has_its_year(self):
         self.rest()
         self.assertNotIn(str(datetime.datetime.fromtimestamp(1789800000.0).year), self.text("#stored-campaigns td:nth-child(3)"))
