@@ -208,7 +208,7 @@ showAccount().catch((error) => console.warn("no account:", error.message));
 connectButtons();
 connectAlerts();
 connectViews({
-  station: null,
+  station: { open: () => Promise.all([startForm.open(), storedCard.open()]) },
   runs: whenAsked(loadRunsView),
   run: whenAsked(async () => new (await import("./run_view.mjs")).RunView(operator)),
   units: whenAsked(async () => new (await import("./units_view.mjs")).UnitsView()),

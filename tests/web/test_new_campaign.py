@@ -233,6 +233,35 @@ class OnThePage(WithLaboratory):
             self.browser.resize(width, 900)
             self.assertLessEqual(self.browser.run("return document.documentElement.scrollWidth"), width)
 
+    def test_an_expired_certificate_is_mended_under_records_and_the_refusal_is_gone(self):
+        self.soakd.soak("reference", "add", "--kind", "supply", "--name", "supply 1", "--certificate", "S-1", "--issued", "2024-01-01", "--due", "2025-01-01",
+                        "--uncertainty", "0.01")
+        self.open()
+        self.choose("ours.toml")
+        self.browser.wait_for_text("#start-review", "supply 1")
+        self.browser.click("#start-review .bad a")
+        self.browser.wait_for_text("#references", "expired")
+        self.browser.run("document.querySelector(\"#references [aria-label='Retire supply 1']\").click()")
+        self.browser.type("#retire-reason", "sold")
+        self.browser.type("#retire-user", "Bob")
+        self.browser.click("#retire-send")
+        self.browser.wait("return !document.querySelector('#retire-dialog').open")
+        self.browser.click("#to-station")
+        self.browser.wait("return document.querySelector('#start-review .bad') === null")
+        self.assertEqual(self.browser.console(), [])
+
+    def test_a_station_without_runs_says_what_it_has_not_and_where_its_events_are(self):
+        self.open()
+        self.browser.wait_for_text("#stored-nothing", "No campaign and no run is stored yet.")
+        self.browser.wait_for_text("#log-empty", "since soakd started")
+        self.soakd.post("unit/add", unit="SN0055", type="vn-200", user="Eva")  # as from Records
+        self.browser.run("location.hash = 'help'")
+        self.browser.wait_for_text("#help-page", "Guide")
+        self.browser.click("#to-station")
+        self.browser.wait_for_text("#stored-units", "SN0055")
+        self.browser.run("document.querySelector('#log-empty a').click()")
+        self.browser.wait_for_text("#audit", "unit_added")
+
     def open_records(self):
         self.browser.go("about:blank")
         self.browser.go(self.soakd.url + "#records")
