@@ -136,8 +136,11 @@ function addLog(entries) {
 
 // ---- what the user says
 
+/** Who is at the page, "" where nobody has said so. */
+const operator = () => $("user").value.trim();
+
 function userName() {
-  return $("user").value.trim() || "web page";
+  return operator() || "web page";
 }
 
 /**
@@ -205,14 +208,14 @@ showAccount().catch((error) => console.warn("no account:", error.message));
 connectButtons();
 connectAlerts();
 connectViews({
-  station: null,
+  station: { open: () => Promise.all([startForm.open(), storedCard.open()]) },
   runs: whenAsked(loadRunsView),
-  run: whenAsked(async () => new (await import("./run_view.mjs")).RunView(() => $("user").value.trim())),
+  run: whenAsked(async () => new (await import("./run_view.mjs")).RunView(operator)),
   units: whenAsked(async () => new (await import("./units_view.mjs")).UnitsView()),
   unit: whenAsked(async () => new (await import("./unit_view.mjs")).UnitView(userName)),
   fleet: whenAsked(async () => new (await import("./fleet_view.mjs")).FleetView()),
   events: whenAsked(async () => new (await import("./events_view.mjs")).EventsView()),
-  records: whenAsked(async () => new (await import("./records_view.mjs")).RecordsView(userName)),
+  records: whenAsked(async () => new (await import("./records_view.mjs")).RecordsView(userName, operator)),
   help: whenAsked(async () => new (await import("./help_view.mjs")).HelpView()),
 });
 subscribe(take);

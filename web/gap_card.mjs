@@ -3,7 +3,7 @@
 
 import { $, element, say, show } from "./dom.mjs";
 import { clock } from "./format.mjs";
-import { closedText, effectName, evidenceOf, gapNextOf, gapText, gapVerdictOf, intervalText, sensorsText, shownText, sizeText, small, smallUnitOf } from "./gap_words.mjs";
+import { acceptsNext, closedText, effectName, evidenceOf, gapNextOf, gapText, gapVerdictOf, intervalText, outsideText, sensorsText, shownText, sizeText, small, smallUnitOf } from "./gap_words.mjs";
 import { heatTable, mapKey } from "./heat_map.mjs";
 import { runningText, sensorText } from "./unit_words.mjs";
 
@@ -64,6 +64,7 @@ export class GapCard {
     const named = found !== null && found.stale === null && found.job.result.verdict === "named" &&
       found.job.result.effects.some(({ name }) => !carriedBy(this.#unit.model).includes(name));
     show($("gap-accept"), named);
+    $("gap-accept").classList.toggle("primary", named && acceptsNext(found.job.result, carriedBy(this.#unit.model)));
     $("gap-find").classList.toggle("primary", this.#unit !== null && this.#unit.gap.find === null);
     $("gap-show").classList.toggle("primary", !named && this.#unit?.model?.terms.length > 0 && this.#unit.gap.show?.stale !== null);
   }
@@ -168,6 +169,7 @@ function effectCard(effect) {
     return box;
   }));
   card.append(title, element("p", effect.physics), list);
+  if (outsideText(effect)) card.append(element("p", outsideText(effect)));
   if (effect.next_experiment !== null) card.append(element("p", `Next experiment: ${effect.next_experiment}.`));
   return card;
 }

@@ -41,6 +41,12 @@ export function gapText({ verdict, effects, residual_structure: structure }) {
   return `The model lacks ${found.join("; and ")}.`;
 }
 
+/** The effect that an experiment has to be recorded for before it is accepted, if any; `effects`: those that the model does not carry. */
+const openEffect = (effects) => effects.find(({ next_experiment: next }) => next !== null);
+
+/** Whether accepting is what is to be done next. */
+export const acceptsNext = ({ effects }, carried) => openEffect(effects.filter(({ name }) => !carried.includes(name))) === undefined;
+
 /** What is to be done after a search; `carried`: names of the effects that the model has already. */
 export function gapNextOf({ verdict, effects: found }, carried) {
   if (verdict === "none") return "The model lacks nothing that these runs can show: go on with what stands at the top.";
@@ -48,11 +54,17 @@ export function gapNextOf({ verdict, effects: found }, carried) {
   if (verdict === "cannot_judge") return "Record another run of the same procedure, or void the run that the reason names. Then search again.";
   const effects = found.filter(({ name }) => !carried.includes(name));
   if (effects.length === 0) return "The model carries what was found already: record a run that no fit has seen, then compare before and after.";
-  const open = effects.find(({ next_experiment: next }) => next !== null);
+  const open = openEffect(effects);
   if (open) return `${effectName(open.name)} is hardly told from ${listed(open.confusable_with)}. Before you accept it, record this: ${open.next_experiment}.`;
   const which = effects.length === found.length ? "it" : effects.map(({ name }) => effectName(name)).join(" and ");
   return `Accept ${which}, record a run that no fit has seen, then compare before and after.`;
 }
+
+/** Effects of which docs/gap-terms.md says that they take nothing of the mean. */
+const OUTSIDE_THE_MEAN = ["noise_vs_temperature", "quantization", "saturation"];
+
+/** Why an effect counts as found that takes nothing of the gap; "" for all others. */
+export const outsideText = ({ name }) => (OUTSIDE_THE_MEAN.includes(name) ? "It shows in the single samples, not in their mean: the gap, which is one of means, stays as it is." : "");
 
 /** [name, value] of what speaks for an effect. */
 export const evidenceOf = ({ evidence, confusable_with: rivals, sensors, magnitude, shape }) => [

@@ -3,7 +3,8 @@
 
 import { $, say, show } from "./dom.mjs";
 
-const FIRST = "guide";
+/** Where somebody at the page begins, who names no page of the Help. */
+const FIRST = { name: "guide", heading: "from-the-browser" };
 
 export class HelpView {
   #pages = new Map(); // name → its text as HTML
@@ -12,14 +13,15 @@ export class HelpView {
 
   /** `help`: the page, `at`: the heading on it, as the links of the pages have them. */
   async open(parameters) {
-    const name = parameters.get("help") || FIRST;
+    const name = parameters.get("help") || FIRST.name;
+    const heading = parameters.get("help") ? parameters.get("at") : FIRST.heading;
     const mine = ++this.#opened;
     show($("help-failure"), false);
     try {
       const text = await this.#text(name);
       if (mine !== this.#opened) return; // somebody has gone on meanwhile
       this.#show(name, text);
-      this.#go(parameters.get("at"));
+      this.#go(heading);
     } catch (error) {
       if (mine !== this.#opened) return;
       say($("help-failure"), error.message);

@@ -90,6 +90,12 @@ export class JobPanel {
     const members = {};
     if (kind === "verify") members.campaign = $("unit-campaign").value;
     if (kind === "export") Object.assign(members, this.#exportMembers());
+    if (kind === "export" && this.#unit.model.simulated && !members.simulated) {
+      say($("job-failure"), "Export: the model is of SIMULATED data. Tick “Although it is of SIMULATED data” first, if that is what you want.");
+      show($("job-failure"), true);
+      $("unit-simulated").focus();
+      return;
+    }
     await this.start(kind, members);
   }
 

@@ -15,7 +15,7 @@ export class NoiseCard {
   #noise = null;
   #about = ""; // which unit and run were asked for last
   #askedAt = 0;
-  #grows = false; // something was recorded then: the answer was not the last word
+  #grows = false; // something has been recorded since then, or was being: the answer was not the last word
   #loading = false;
   #inView = false;
 
@@ -33,6 +33,7 @@ export class NoiseCard {
   /** The newest status document. */
   take(status) {
     this.#status = status;
+    this.#grows ||= status.campaign?.step_kind === "record";
     this.#offerUnits(status.units.map((unit) => unit.serial));
     this.#follow();
   }
@@ -53,7 +54,7 @@ export class NoiseCard {
     const { campaign } = this.#status;
     const about = `${serial} ${campaign?.name} ${campaign?.started_utc_s} ${campaign?.run}`;
     const recording = campaign?.step_kind === "record";
-    const due = (recording || this.#grows) && Date.now() - this.#askedAt >= AGAIN_MS;
+    const due = this.#grows && Date.now() - this.#askedAt >= AGAIN_MS;
     if (about === this.#about && !due) return;
     this.#about = about;
     this.#askedAt = Date.now();

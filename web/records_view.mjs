@@ -9,18 +9,23 @@ import { badge } from "./runs_view.mjs";
 import { limitsText, ratingText, standingOf, valueText } from "./records_words.mjs";
 import { unitAddress } from "./units_view.mjs";
 
+const GRAVITY = "gravity";
+
 export class RecordsView {
   #userName;
+  #operator;
   #alarms;
   #key;
   #retiring = null; // the entry that the dialog is about
 
-  /** `userName()`: who enters something, "" where nobody has said so. */
-  constructor(userName) {
+  /** `userName()`: who does something; `operator()`: the same, "" where nobody has said so, for records that state who. */
+  constructor(userName, operator) {
     this.#userName = userName;
+    this.#operator = operator;
     this.#alarms = new AlarmsCard(userName);
     this.#key = new KeyCard(userName);
     $("reference-form").addEventListener("submit", (event) => this.#addReference(event));
+    $("reference-form").addEventListener("input", ({ target }) => target.removeAttribute("aria-invalid"));
     $("reference-kind").addEventListener("change", () => this.#sayUnit());
     $("new-unit-form").addEventListener("submit", (event) => this.#addUnit(event));
     $("retire-form").addEventListener("submit", (event) => this.#retire(event));
@@ -29,6 +34,7 @@ export class RecordsView {
 
   async open() {
     this.#sayUnit();
+    $("reference-user").value ||= this.#operator();
     await tell("records-failure", async () => this.#showReferences((await get("references")).references));
     await tell("records-failure", async () => this.#showTypes(await get("types")), { add: true });
     await this.#key.open();
@@ -49,8 +55,8 @@ export class RecordsView {
       retire.addEventListener("click", () => this.#askToRetire(entry));
       const actions = element("td", "");
       if (entry.retired === null) actions.append(retire);
-      const { correction, standard_uncertainty, unit } = entry;
-      const numbers = [valueText(correction, unit), valueText(standard_uncertainty, unit)];
+      const { correction, standard_uncertainty: uncertainty, unit } = entry;
+      const numbers = [correction, uncertainty].map((value) => valueText(value, uncertainty, unit));
       row.append(...[this.#kindText(entry.kind), entry.name, entry.certificate].map((text) => element("td", text)), state, element("td", entry.due), ...numbers.map((text) => element("td", text)), actions);
       return row;
     });
@@ -74,15 +80,17 @@ export class RecordsView {
     say($("types-folder"), folder);
     $("types-troubles").replaceChildren(...troubles.map((text) => element("li", text)));
     show($("types-troubles"), troubles.length > 0);
-    $("new-unit-type").replaceChildren(...types.map(({ name }) => Object.assign(element("option", name), { value: name })));
+    const option = (text, value) => Object.assign(element("option", text), { value });
+    $("new-unit-type").replaceChildren(option("Choose…", ""), ...types.map(({ name }) => option(name, name)));
   }
 
   #sayUnit() {
     const [unit, correction] = $("reference-kind").selectedOptions[0].dataset.says.split("|");
-    for (const place of document.querySelectorAll(".reference-unit")) say(place, unit);
-    say($("reference-correction-what"), correction);
-    show($("reference-correction-box"), correction !== "");
-    $("reference-correction").required = $("reference-kind").value === "gravity";
+    const isGravity = $("reference-kind").value === GRAVITY;
+    say($("reference-unit"), unit);
+    say($("reference-correction-what"), isGravity ? `Local gravity, ${unit}` : `Correction, ${unit}: ${correction}`);
+    show($("reference-correction-box"), isGravity || correction !== "");
+    $("reference-correction").required = isGravity;
   }
 
   async #addReference(event) {
@@ -99,9 +107,11 @@ export class RecordsView {
       correction: text("reference-correction") === "" || $("reference-correction-box").hidden ? null : Number(text("reference-correction")),
     };
     await tell("reference-failure", async () => {
-      this.#showReferences((await post("references/add", { ...entry, user: this.#userName() })).references);
+      const user = text("reference-user");
+      this.#showReferences((await post("references/add", { ...entry, user }).catch(markField)).references);
       say($("records-news"), `${entry.name} is entered.`);
       $("reference-form").reset();
+      $("reference-user").value = user;
       this.#sayUnit();
       $("reference-kind").focus();
     });
@@ -111,6 +121,7 @@ export class RecordsView {
     this.#retiring = entry;
     say($("retire-text"), `${this.#kindText(entry.kind)} “${entry.name}”, certificate ${entry.certificate}: it is out of use from now on. What was measured with it keeps it.`);
     $("retire-reason").value = "";
+    $("retire-user").value = this.#operator();
     show($("retire-failure"), false);
     $("retire-dialog").showModal();
     $("retire-reason").focus();
@@ -119,7 +130,7 @@ export class RecordsView {
   async #retire(event) {
     event.preventDefault(); // it stays open until the station has said yes
     await tell("retire-failure", async () => {
-      const record = { record_id: this.#retiring.record_id, reason: $("retire-reason").value.trim(), user: this.#userName() };
+      const record = { record_id: this.#retiring.record_id, reason: $("retire-reason").value.trim(), user: $("retire-user").value.trim() };
       const { references } = await post("references/retire", record);
       $("retire-dialog").close();
       this.#showReferences(references);
@@ -134,10 +145,18 @@ export class RecordsView {
     await tell("new-unit-failure", async () => {
       const { unit, type } = await post("unit/add", { unit: $("new-unit-serial").value.trim(), type: $("new-unit-type").value, user: this.#userName() });
       const link = Object.assign(element("a", unit), { href: unitAddress(unit) });
-      $("new-unit-done").replaceChildren(link, ` is known as ${type}.`);
+      $("new-unit-done").replaceChildren(link, ` is added, type ${type}.`);
       $("new-unit-serial").value = "";
     });
   }
+}
+
+/** Marks the field of the certificate's form that a refusal names, and leads there; the refusal goes on. */
+function markField(error) {
+  const field = error.where ? $(`reference-${error.where}`) : null;
+  field?.setAttribute("aria-invalid", "true");
+  field?.focus();
+  throw error;
 }
 
 let busy = false;

@@ -2,6 +2,9 @@
 // References and unit types in words. Nothing here touches the page.
 
 import { number, UNKNOWN } from "./format.mjs";
+import { unitText } from "./unit_words.mjs";
+
+const MOST_DIGITS = 2; // of an uncertainty: JCGM 100:2008, 7.2.6
 
 const STANDINGS = {
   valid: { text: "valid", state: "finished" },
@@ -23,7 +26,14 @@ export function standingOf({ standing, days_left, waivers }) {
   return { ...known, text: `${known.text}: ${days_left} ${days_left === 1 ? "day" : "days"}` };
 }
 
-export const valueText = (value, unit) => (value === null ? UNKNOWN : `${Number(value.toPrecision(4))} ${unit}`.replace("-", "−"));
+/** Decimals that an uncertainty has within its two digits, zeros at the end left out. */
+function decimalsOf(uncertainty) {
+  const decimals = Math.max(0, MOST_DIGITS - 1 - Math.floor(Math.log10(uncertainty)));
+  return uncertainty.toFixed(decimals).match(/\.(\d*[1-9])/)?.[1].length ?? 0;
+}
+
+/** "9.80665 m/s²": a value with as many decimals as its standard uncertainty, in the same unit, needs. */
+export const valueText = (value, uncertainty, unit) => (value === null ? UNKNOWN : `${number(value, decimalsOf(uncertainty))} ${unitText({ unit })}`);
 
 export function ratingText({ temp_min_c, temp_max_c }) {
   if (temp_min_c === null || temp_max_c === null) return "not stated";

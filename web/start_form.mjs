@@ -34,12 +34,17 @@ export class StartForm {
     });
     $("start-choice").addEventListener("change", () => this.#choose());
     $("start-box").addEventListener("toggle", () => this.#load());
-    // Records may have been made meanwhile, files changed, time passed.
-    addEventListener("hashchange", () => this.#load());
+    // Files may have been changed meanwhile, time passed.
     document.addEventListener("visibilitychange", () => this.#load());
     // A scanner ends each serial number with Enter: that is not yet the start.
     $("start-look").addEventListener("click", () => this.#lookIntoSlots());
     $("start-slots").addEventListener("keydown", (event) => this.#nextSlot(event));
+  }
+
+  /** Whenever the address leads to the station's own view: records may have been made meanwhile. */
+  async open() {
+    show($("start-failure"), false); // it was about an attempt before
+    await this.#load();
   }
 
   /** The newest status document. */
@@ -191,7 +196,7 @@ export class StartForm {
     const { rate } = this.#status.clock;
     const end = (estimate_s) => (this.#wasAtRest ? timeOfDay(now_s(this.#status) + estimate_s / rate, now_s(this.#status)) : null);
     const asked = { named: Boolean(request.campaign), filled: Object.keys(request.units).length > 0, rate, end };
-    $("start-review").replaceChildren(...reviewLines(review, asked).map(({ text, level }) => Object.assign(element("li", text), { className: level })));
+    $("start-review").replaceChildren(...reviewLines(review, asked).map(reviewLine));
     this.#offerUnits(unknownUnits(review));
   }
 
@@ -248,4 +253,10 @@ export class StartForm {
     }
     for (const button of ["start-send", "start-queue"]) $(button).disabled = false;
   }
+}
+
+function reviewLine({ text, level, link }) {
+  const line = Object.assign(element("li", text), { className: level });
+  if (link) line.append(". ", Object.assign(element("a", link.text), { href: link.address }));
+  return line;
 }

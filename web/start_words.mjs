@@ -4,6 +4,7 @@
 import { number, shortDuration } from "./format.mjs";
 import { T } from "./text.mjs";
 
+const REFERENCES = "references"; // where a mistake is about certificates of the register
 const BYTES_PER_GB = 1e9;
 const BYTES_PER_MB = 1e6;
 
@@ -33,13 +34,14 @@ function diskText({ needed_bytes, free_bytes }) {
 export const unknownUnits = ({ mistakes }) => mistakes.map(({ where }) => where.match(/^unit (?!type )(.*)/)?.[1]).filter((serial) => serial);
 
 /**
- * Lines {text, level} (`bad`: it would be refused; `note`; `good`), the refusals first. `named`, `filled`: whether a name and a serial number have been entered;
+ * Lines {text, level, link} (`bad`: it would be refused; `note`; `good`), the refusals first; `link`: {text, address} of what mends it, if the page does. `named`, `filled`: whether a name and a serial number have been entered;
  * before that their lack is no mistake to tell.
  */
 export function reviewLines({ procedure, units = [], mistakes, notes = [], disk }, { named, filled, rate, end }) {
   const told = mistakes.filter(({ where }) => (named || where !== "--name") && (filled || where !== "--unit"));
   const place = (where) => (where.includes("/") ? ` (${where})` : "");
-  const lines = told.map(({ message, where }) => ({ text: T.start.refused(message, place(where)), level: "bad" }));
+  const mends = (where) => (where === REFERENCES ? { text: T.start.toRecords, address: "#records" } : undefined);
+  const lines = told.map(({ message, where }) => ({ text: T.start.refused(message, place(where)), level: "bad", link: mends(where) }));
   if (procedure) {
     lines.push({ text: `${procedure.name}: ${extentText(procedure)}; ${timeText(procedure, { rate, end })}`, level: told.length > 0 ? "note" : "good" });
     if (disk.needed_bytes !== null) lines.push({ text: diskText(disk), level: "note" });

@@ -21,6 +21,12 @@ export class StoredCard {
     this.#form = form;
   }
 
+  /** Whenever the address leads to the station's own view: units may have been entered meanwhile. */
+  async open() {
+    this.#shownFor = null;
+    if (this.#status) this.take(this.#status);
+  }
+
   /** The newest status document. */
   take(status) {
     this.#status = status;
@@ -50,7 +56,7 @@ export class StoredCard {
     const rows = campaigns.map((one) => [one.name, T.states[one.state] ?? T.imported, when(one.begun_utc_s), one.runs, one.units.join(", ")]);
     fill($("stored-campaigns"), rows);
     fill($("stored-units"), units.map((unit) => [unit.serial, unit.type, unit.runs, when(unit.newest_run_utc_s)]));
-    say($("stored-nothing"), campaigns.length + units.length === 0 ? T.stored.nothing : "");
+    say($("stored-nothing"), campaigns.length === 0 && units.every(({ runs }) => runs === 0) ? T.stored.nothing : "");
     this.#form.showSlots(slots);
   }
 }

@@ -260,7 +260,7 @@ export const text = {
 
   stored: {
     title: "Diese Station",
-    nothing: "Noch ist nichts gespeichert.",
+    nothing: "Noch ist keine Kampagne und kein Lauf gespeichert.",
     more: (count) => `und ${count} weitere`,
     campaigns: "Kampagnen",
     toRuns: "ihre Läufe ansehen",
@@ -298,6 +298,7 @@ export const text = {
     writes: (size) => `schreibt etwa ${size}`,
     free: (size) => `; ${size} sind frei`,
     refused: (message, place) => `Abgelehnt: ${message}${place}`,
+    toRecords: "Das neue Zertifikat eintragen oder das alte außer Dienst nehmen: Prüfmittel",
     holds: (slot, serial, type) => `Steckplatz ${slot}: ${serial}, Typ ${type}`,
     look: "Steckplätze abfragen",
     looking: "Wird abgefragt, einige Sekunden …",
@@ -366,5 +367,5 @@ export const text = {
     abscissa: "Mittelungszeit τ, s",
     at: (tau) => `bei ${tau} s`,
   },
-  log: { title: "Letzte Ereignisse", empty: "Noch ist nichts geschehen." },
+  log: { title: "Letzte Ereignisse", empty: "Seit dem Start von soakd hat keine Kampagne und kein Gerät etwas gemeldet. Was vorher geschah, und durch wen:", toEvents: "Ereignisse" },
 };

@@ -198,7 +198,7 @@ export const text = {
 
   stored: {
     title: "This station",
-    nothing: "Nothing is stored yet.",
+    nothing: "No campaign and no run is stored yet.",
     more: (count) => `and ${count} more`,
     campaigns: "Campaigns",
     toRuns: "look at their runs",
@@ -236,6 +236,7 @@ export const text = {
     writes: (size) => `writes about ${size}`,
     free: (size) => `; ${size} are free`,
     refused: (message, place) => `Refused: ${message}${place}`,
+    toRecords: "Enter the new certificate, or retire it, under Records",
     holds: (slot, serial, type) => `slot ${slot}: ${serial}, type ${type}`,
     look: "Look into the slots",
     looking: "Looking, some seconds…",
@@ -304,5 +305,5 @@ export const text = {
     abscissa: "averaging time τ, s",
     at: (tau) => `at ${tau} s`,
   },
-  log: { title: "Last events", empty: "Nothing has happened yet." },
+  log: { title: "Last events", empty: "No campaign or device has said anything since soakd started. All that was done before, and by whom:", toEvents: "Events" },
 };

@@ -61,7 +61,8 @@ export class UnitView {
     $("unit-verdict").dataset.state = state;
     say($("unit-verdict-title"), title);
     say($("unit-verdict-text"), verdictText(unit));
-    say($("unit-next"), nextOf(unit).text);
+    const next = nextOf(unit);
+    $("unit-next").replaceChildren(next.text, ...(next.link ? [" ", Object.assign(element("a", next.link.text), { href: next.link.address })] : []));
     $("unit-badges").replaceChildren(...(unit.model?.simulated ? [badge({ text: "SIMULATED", state: "simulated" })] : []));
     this.#renderFacts(unit);
     this.#renderWarnings(unit);

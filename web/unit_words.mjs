@@ -65,7 +65,7 @@ export function verdictText(unit) {
 }
 
 /**
- * What is to be done next: {kind, text}; `kind` of the job that does it, null where none does.
+ * What is to be done next: {kind, text, link}; `kind` of the job that does it, null where none does; `link`: {text, address} of where it is done or described.
  * @param {import("./documents.mjs").Unit} unit
  */
 export function nextOf(unit) {
@@ -76,10 +76,10 @@ export function nextOf(unit) {
   if (unit.warnings.some(({ code }) => code === "voided_since")) return { kind: "fit", text: "Fit it again: data of this model were withdrawn." };
   const verdict = verdictNow(unit);
   if (verdict === null && verify_with.length > 0) return { kind: "verify", text: "Verify it with a run that the fit has not seen." };
-  if (verdict === null) return { kind: null, text: "Record a run that the fit has not seen (a campaign of its own), then verify it." };
+  if (verdict === null) return { kind: null, text: "Record a run that the fit has not seen with a verification procedure, then verify it.", link: { text: "New campaign", address: "#station" } };
   if (verdict === "fail") return { kind: "report", text: "Do not hand it over: it exceeds its limits. The report shows where." };
   if (verdict === "marginal") return { kind: null, text: "Do not hand it over as passed: record more runs for the fit or the verification, and verify it again." };
-  if (verdict !== "pass") return { kind: null, text: "Set limits for its type (procedures/units), or verify it over the whole range: it is not judged yet." };
+  if (verdict !== "pass") return { kind: null, text: `Write limits into the file of its type, ${unit.type}.toml, or verify it over the whole range: it is not judged yet.`, link: { text: "How", address: "#help=guide&at=8-verify" } };
   if (warningsOf(unit).some(({ code, urgency }) => urgency === "grave" && code !== "simulated")) return { kind: "report", text: "Do not hand it over before the first warning below is settled." };
   return exported === null ? { kind: "export", text: "Export it." } : { kind: null, text: "Nothing: it is verified and exported." };
 }
@@ -97,12 +97,25 @@ export function warningsOf({ warnings, verification }) {
   return [...warnings, ...(verification?.warnings ?? [])].sort((a, b) => rank(a) - rank(b));
 }
 
+/** A warning about each of several sensors in the same words is one: its `text` then does not begin with the sensor, which `sensors` names. */
+function gathered(warnings) {
+  const found = new Map();
+  for (const warning of warnings) {
+    const [first] = warning.sensors;
+    const text = first && warning.text.startsWith(first) ? warning.text.slice(first.length).replace(/^:? /, "") : warning.text;
+    const key = JSON.stringify([warning.code, text, warning.remedy, warning.urgency]);
+    const same = found.get(key);
+    found.set(key, same ? { ...same, text, sensors: [...new Set([...same.sensors, ...warning.sensors])] } : warning);
+  }
+  return [...found.values()];
+}
+
 /**
  * {act, rest}: those that ask for something, the gravest first, and those that ask for nothing.
  * @param {import("./documents.mjs").Unit} unit
  */
 export function sortedWarnings(unit) {
-  const warnings = warningsOf(unit);
+  const warnings = gathered(warningsOf(unit));
   const asks = ({ urgency }) => urgency !== "none";
   return { act: warnings.filter(asks), rest: warnings.filter((warning) => !asks(warning)) };
 }

@@ -359,6 +359,23 @@ class Page(WithStation):
         self.assertIn("Accept cross axis", said[1])
         self.assertNotIn("ccept", said[2])
 
+    def test_what_asks_for_an_experiment_first_is_not_to_be_accepted_next(self):
+        self.go("events", "return document.querySelector('#audit tbody tr')")
+        effects = [{"name": "sensor_lag", "next_experiment": "a slower ramp", "confusable_with": ["moisture"]}]
+        for carried, accepts in (([], False), (["sensor_lag"], True)):
+            said = self.browser.run("""const given = arguments; return import('/gap_words.mjs').then((words) => [words.acceptsNext(...given), words.gapNextOf(...given)])""",
+                                    {"verdict": "named", "effects": effects}, carried)
+            self.assertEqual(said[0], accepts)
+            self.assertEqual("Before you accept" in said[1], not accepts)
+
+    def test_what_takes_nothing_of_the_gap_says_why_it_counts(self):
+        self.go("events", "return document.querySelector('#audit tbody tr')")
+        said = [
+            self.browser.run("const [name] = arguments; return import('/gap_words.mjs').then((words) => words.outsideText({ name }))", name)
+            for name in ("quantization", "sensor_lag")]
+        self.assertIn("single samples", said[0])
+        self.assertEqual(said[1], "")
+
     def test_the_log_is_filtered_paged_and_checked(self):
         self.go("events", "return document.querySelector('#audit tbody tr')")
         listed = self.soakd.soak_json("events", "list")["events"]

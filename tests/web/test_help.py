@@ -62,6 +62,7 @@ class Help(PageTest):
                         followed += 1
                         self.assertIn(f"at-{heading}", pages[parts["help"][0]].ids)
         self.assertGreater(followed, 100)
+        self.assertIn("#help=file-formats", pages["guide"].links)
 
     def test_it_says_what_the_pages_of_docs_say(self):
         for name, page in self.pages().items():
@@ -78,8 +79,10 @@ class Help(PageTest):
             self.browser.click("#to-help")
             self.see("#help-page article h3", "Guide")
             self.assertEqual(self.browser.run("return document.querySelector('[aria-current=page]').id"), "to-help")
+        self.browser.wait("""const top = document.getElementById('at-from-the-browser').getBoundingClientRect().top;
+            return top >= document.querySelector('header.top').getBoundingClientRect().bottom && top < innerHeight;""")
         self.browser.console()  # the scripted station has no data folder for those views to read
-        self.browser.click('#help-page nav a[href="#help=operations"]')
+        self.browser.run("document.querySelector('#help-page nav a[href=\"#help=operations\"]').click()")
         self.see("#help-page article h3", "Operating a station")
         self.browser.click('#help-page article a[href="#help=operations&at=a-full-disk"]')
         self.browser.wait("return document.activeElement.id === 'at-a-full-disk'")

@@ -209,7 +209,7 @@ class OnThePage(WithLaboratory):
         self.browser.go(self.soakd.url + "#records")
         self.browser.wait("return document.querySelectorAll('#types tbody tr').length >= 4")
         self.browser.run("document.querySelector('#reference-form').closest('details').open = true")
-        for name, value in (("name", "level <b>1</b>"), ("certificate", "L-7"), ("uncertainty", "0.01")):
+        for name, value in (("name", "level <b>1</b>"), ("certificate", "L-7"), ("uncertainty", "0.01"), ("user", "Eva")):
             self.browser.type(f"#reference-{name}", value)
         self.assertIn("K", self.browser.run("return document.querySelector('#reference-correction-box').innerText"))
         self.browser.run("""const kind = document.querySelector('#reference-kind'); kind.value = 'level';
@@ -223,16 +223,92 @@ class OnThePage(WithLaboratory):
         self.browser.run("document.querySelector(arguments[0]).scrollIntoView({block: 'center'})", retire)
         self.browser.click(retire)
         self.browser.type("#retire-reason", "bent")
+        self.browser.type("#retire-user", "Bob")
         self.browser.click("#retire-send")
         self.browser.wait_for_text("#references", "retired")
-        self.browser.type("#new-unit-serial", "SN0099")
-        self.browser.run("document.querySelector('#new-unit-form').scrollIntoView({block: 'center'})")
-        self.browser.click("#new-unit-form button")
-        self.browser.wait_for_text("#new-unit-done", "SN0099")
+        [entry] = [one for one in self.soakd.get("references")["references"] if one["certificate"] == "L-7"]
+        self.assertEqual((entry["user"], entry["retired"]["user"]), ("Eva", "Bob"))
         self.assertEqual(self.browser.console(), [])
         for width in (320, 390, 768, 1280):
             self.browser.resize(width, 900)
             self.assertLessEqual(self.browser.run("return document.documentElement.scrollWidth"), width)
+
+    def test_an_expired_certificate_is_mended_under_records_and_the_refusal_is_gone(self):
+        self.soakd.soak("reference", "add", "--kind", "supply", "--name", "supply 1", "--certificate", "S-1", "--issued", "2024-01-01", "--due", "2025-01-01",
+                        "--uncertainty", "0.01")
+        self.open()
+        self.choose("ours.toml")
+        self.browser.wait_for_text("#start-review", "supply 1")
+        self.browser.click("#start-review .bad a")
+        self.browser.wait_for_text("#references", "expired")
+        self.browser.run("document.querySelector(\"#references [aria-label='Retire supply 1']\").click()")
+        self.browser.type("#retire-reason", "sold")
+        self.browser.type("#retire-user", "Bob")
+        self.browser.click("#retire-send")
+        self.browser.wait("return !document.querySelector('#retire-dialog').open")
+        self.browser.click("#to-station")
+        self.browser.wait("return document.querySelector('#start-review .bad') === null")
+        self.assertEqual(self.browser.console(), [])
+
+    def test_a_station_without_runs_says_what_it_has_not_and_where_its_events_are(self):
+        self.open()
+        self.browser.wait_for_text("#stored-nothing", "No campaign and no run is stored yet.")
+        self.browser.wait_for_text("#log-empty", "since soakd started")
+        self.soakd.post("unit/add", unit="SN0055", type="vn-200", user="Eva")  # as from Records
+        self.browser.run("location.hash = 'help'")
+        self.browser.wait_for_text("#help-page", "Guide")
+        self.browser.click("#to-station")
+        self.browser.wait_for_text("#stored-units", "SN0055")
+        self.browser.run("document.querySelector('#log-empty a').click()")
+        self.browser.wait_for_text("#audit", "unit_added")
+
+    def open_records(self):
+        self.browser.go("about:blank")
+        self.browser.go(self.soakd.url + "#records")
+        self.browser.wait("return document.querySelectorAll('#types tbody tr').length >= 4")
+        self.browser.run("document.querySelector('#reference-form').closest('details').open = true")
+
+    def fill_gravity(self, **fields):
+        self.browser.run("""document.querySelector('#reference-kind').value = 'gravity';
+            document.querySelector('#reference-kind').dispatchEvent(new Event('change', { bubbles: true }));
+            for (const [name, value] of Object.entries(arguments[0])) document.querySelector(`#reference-${name}`).value = value;""",
+                         {"name": "g", "certificate": "G-1", "issued": "2026-01-01", "due": "2099-01-01", "uncertainty": "0.0001", "user": "Eva", **fields})
+        self.browser.click("#reference-form button[type=submit]")
+
+    def test_local_gravity_is_required_and_shown_with_the_digits_that_its_uncertainty_has(self):
+        self.open_records()
+        self.fill_gravity()
+        self.assertEqual(self.browser.run("return document.querySelector('#reference-correction-box').innerText.trim()"), "Local gravity, m/s²")
+        self.assertFalse(self.browser.run("return document.querySelector('#reference-correction').checkValidity()"))
+        self.fill_gravity(correction="9.80665")
+        self.browser.wait_for_text("#references", "9.80665 m/s²")
+        self.browser.wait_for_text("#references", "0.00005 m/s²")  # JCGM 100:2008, 6.2.1: u = U / k
+
+    def test_the_field_that_a_refusal_names_is_marked_and_has_the_focus(self):
+        self.open_records()
+        self.fill_gravity(correction="9.81", due="2025-01-01")
+        self.browser.wait("return document.activeElement.id === 'reference-due' && document.activeElement.ariaInvalid === 'true'")
+        self.assertEqual(self.browser.run("return document.querySelectorAll('#records-view [aria-invalid]').length"), 1)
+        self.browser.run("document.activeElement.dispatchEvent(new Event('input', { bubbles: true }))")
+        self.assertEqual(self.browser.run("return document.querySelectorAll('#records-view [aria-invalid]').length"), 0)
+        self.browser.console()  # Chromium lists the 400
+
+    def test_nobody_enters_a_certificate_without_a_name(self):
+        self.open_records()
+        self.fill_gravity(correction="9.81", user="", name="nameless")
+        self.assertEqual(self.browser.run("return document.activeElement.id"), "reference-user")
+        self.assertNotIn("nameless", [one["name"] for one in self.soakd.get("references")["references"]])
+
+    def test_a_unit_is_added_with_a_type_that_somebody_has_chosen(self):
+        self.open_records()
+        self.browser.type("#new-unit-serial", "SN0099")
+        self.browser.run("document.querySelector('#new-unit-form').scrollIntoView({block: 'center'})")
+        self.browser.click("#new-unit-form button")
+        self.assertFalse(self.browser.run("return document.querySelector('#new-unit-type').checkValidity()"))
+        self.browser.run("document.querySelector('#new-unit-type').value = 'vn-200'")
+        self.browser.click("#new-unit-form button")
+        self.browser.wait_for_text("#new-unit-done", "SN0099 is added, type vn-200.")
+        self.assertEqual(self.browser.console(), [])
 
     def test_it_fits_narrow_screens(self):
         self.open()

@@ -131,6 +131,19 @@ class Noise(PageTest):
             self.see("#step-text", f"ten seconds of {kind}")
             self.wait_for_calls(ten_seconds_later)
 
+    def test_the_noise_of_a_recording_shorter_than_ten_seconds_is_loaded_after_it(self):
+        self.station.set("/campaign/step_kind", "move")
+        self.open()
+        self.browser.run("const start = Date.now(); window.later = 0; Date.now = () => start + window.later;")
+        self.browser.run("document.querySelector('#noise').scrollIntoView()")
+        self.wait_for_calls(1)
+        for kind in ("record", "check"):
+            self.begin(kind)
+        self.assertEqual(self.noise_calls(), 1, "ten seconds have not passed")
+        self.browser.run("window.later += 10000")
+        self.station.set("/campaign/step_text", "ten seconds later")
+        self.wait_for_calls(2)
+
     def begin(self, step_kind):
         """The page knows of the step once it shows the text that was set after it."""
         self.station.set("/campaign/step_kind", step_kind)

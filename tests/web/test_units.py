@@ -330,8 +330,9 @@ class Page(WithStation):
         self.browser.click("#unit-jobs a[download='SIM-0001.html']")
         self.assertIn(b"<title>", self.downloaded("SIM-0001.html"))
 
-        self.click("#unit-export")  # refused, in the words of soak
-        self.see("#unit-jobs", "was made from SIMULATED data; use --simulated")
+        self.click("#unit-export")
+        self.see("#job-failure", "Tick “Although it is of SIMULATED data”")
+        self.assertEqual(self.browser.run("return document.activeElement.id"), "unit-simulated")
         self.see("#unit-next", "Export it.")
         self.click("#unit-simulated")
         for form, name in (("blob", "SIM-0001.soakcal"), ("c", "SIM-0001.h")):
@@ -426,6 +427,24 @@ class Page(WithStation):
         self.see("#unit-jobs li", "failed")
         self.assertIn("run r1", self.browser.text("#unit-jobs li"))
         self.assertEqual(self.browser.console(), [])
+
+    def test_the_same_warning_of_several_sensors_is_one_line(self):
+        warnings = [{"code": code, "text": f"{sensor}{text}", "remedy": None, "sensors": [sensor], "urgency": "act"}
+                    for code, text in (("few", ": too few"), ("few", " scale: too few"), ("other", ": of a kind of its own")) for sensor in ("gyro_x", "gyro_y", "accel_z") if code == "few" or sensor == "gyro_y"]
+        self.browser.go(self.soakd.url)
+        told = self.browser.run("const [warnings] = arguments; return import('/unit_words.mjs').then((words) => words.sortedWarnings({ warnings, verification: null }))", warnings)
+        self.assertEqual([(one["code"], one["text"], one["sensors"]) for one in told["act"]],
+                         [("few", "too few", ["gyro_x", "gyro_y", "accel_z"]), ("few", "scale: too few", ["gyro_x", "gyro_y", "accel_z"]), ("other", "gyro_y: of a kind of its own", ["gyro_y"])])
+
+    def test_what_is_to_be_done_leads_to_where_it_is_done(self):
+        self.browser.go(self.soakd.url)
+        unit = {"unit": "SN1", "type": "mti-300", "epoch": 1, "to_fit": 0, "exported": None, "warnings": [], "model": {"version": 1, "epoch": 1}}
+        judged = {"stale": None, "job": {"result": {"verdict": "info"}}, "warnings": []}
+        for verification, text, address in ((None, "verification procedure", "#station"), (judged, "mti-300.toml", "#help=guide&at=8-verify")):
+            told = self.browser.run("const [unit] = arguments; return import('/unit_words.mjs').then((words) => words.nextOf(unit))",
+                                    {**unit, "verify_with": [], "verification": verification})
+            self.assertIn(text, told["text"])
+            self.assertEqual(told["link"]["address"], address)
 
     def test_an_older_version_lies_beside_the_newest_on_the_same_axes(self):
         self.soakd.soak("fit", "--unit", OTHER)
