@@ -4,8 +4,9 @@
 import { get, post } from "./api.mjs";
 import { $, element, say, show, tell } from "./dom.mjs";
 import { clock } from "./format.mjs";
+import { endedText, runningText, verbOf } from "./job_words.mjs";
 import { badge } from "./runs_view.mjs";
-import { endedText, nextOf, runningText, U, verbOf } from "./unit_words.mjs";
+import { nextOf, U } from "./unit_words.mjs";
 
 const LOOK_AGAIN_MS = 1000;
 const LOOKS_AT_OTHERS = 10; // every so many times where no job is known to run
