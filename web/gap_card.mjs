@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // The gap of a unit: what its model lacks, where that shows, what accepting it has changed.
 
-import { $, element, say, show } from "./dom.mjs";
+import { $, element, english, say, show, tell } from "./dom.mjs";
 import { clock } from "./format.mjs";
-import { acceptsNext, closedText, effectName, evidenceOf, gapNextOf, gapText, gapVerdictOf, intervalText, outsideText, sensorsText, shownText, sizeText, small, smallUnitOf } from "./gap_words.mjs";
+import { acceptsNext, closedText, evidenceOf, G, gapNextOf, gapText, gapVerdictOf, intervalText, outsideText, sensorsText, shownText, sizeText, small, smallUnitOf } from "./gap_words.mjs";
 import { heatTable, mapKey } from "./heat_map.mjs";
-import { runningText, sensorText } from "./unit_words.mjs";
+import { runningText } from "./job_words.mjs";
+import { sensorText } from "./unit_words.mjs";
 
 const GAP_PARTS = ["gap-verdict", "gap-next-box", "gap-map", "gap-limits"];
 
@@ -73,17 +74,17 @@ export class GapCard {
     show($("gap-stale"), find !== null && find.stale !== null);
     if (find === null) return;
     const { job } = find;
-    say($("gap-stale"), `This search is of model ${job.result.model}, ${clock(job.started_utc_s)} by ${job.user}. It does not hold any more: ${find.stale}.`);
+    tell($("gap-stale"), G.card.stale(job.result.model, clock(job.started_utc_s), job.user, find.stale));
   }
 
   #renderSearch({ job: { result }, stale }) {
     const { title, state } = gapVerdictOf(result.verdict);
     $("gap-verdict").dataset.state = stale === null ? state : "";
     say($("gap-verdict-title"), title);
-    say($("gap-verdict-text"), gapText(result));
+    tell($("gap-verdict-text"), gapText(result));
     say($("gap-reason"), result.reason);
     show($("gap-next-box"), stale === null);
-    say($("gap-next"), gapNextOf(result, carriedBy(this.#unit.model)));
+    tell($("gap-next"), gapNextOf(result, carriedBy(this.#unit.model)));
     $("gap-effects").replaceChildren(...[...result.effects, ...result.suspects].map(effectCard));
     const hasMap = result.map !== undefined && result.map !== null;
     show($("gap-map"), hasMap);
@@ -103,7 +104,7 @@ export class GapCard {
       box.className = "scroll";
       box.tabIndex = 0;
       box.role = "region";
-      box.ariaLabel = `Map of ${sensorText(name)}`;
+      box.ariaLabel = G.map.label(sensorText(name));
       box.append(heatTable(name, sensor, sensor[which] ?? sensor.before, map));
       return box;
     }));
@@ -112,8 +113,8 @@ export class GapCard {
   #renderTerms({ terms }) {
     show($("gap-terms-box"), terms.length > 0);
     $("gap-terms").replaceChildren(...terms.map(({ sizes, lab_only: labOnly }) => {
-      const line = element("li", sizes.join("; "));
-      line.append(Object.assign(element("span", labOnly ? " Lab only: the unit itself cannot correct it." : " In the calibration file: the unit corrects it."), { className: "why" }));
+      const line = element("li", "");
+      line.append(english(sizes.join("; ")), Object.assign(element("span", ` ${labOnly ? G.card.labOnly : G.card.inFile}`), { className: "why" }));
       return line;
     }));
   }
@@ -122,8 +123,8 @@ export class GapCard {
     show($("gap-shown"), shown !== null);
     if (shown === null) return;
     const { job: { result, started_utc_s: started, user }, stale } = shown;
-    const old = stale === null ? "" : ` It does not hold any more: ${stale}.`;
-    say($("gap-shown-text"), `${shownText(result)} Compared ${clock(started)} by ${user}.${old}`);
+    const old = stale === null ? [] : G.shown.stale(stale);
+    tell($("gap-shown-text"), [shownText(result), G.shown.compared(clock(started), user), ...old]);
     $("gap-shown-table").replaceChildren(...shownTable(result));
     $("gap-remarks").replaceChildren(...result.remarks.map((text) => element("li", text)));
   }
@@ -135,18 +136,18 @@ export class GapCard {
     const { effects } = gap.find.job.result;
     // Without plateaus an effect stands there once for each shape; it is accepted by its name.
     const names = [...new Set(effects.map(({ name }) => name))];
-    $("accept-effects").replaceChildren(element("legend", "Effects"), ...names.map((name) => {
+    $("accept-effects").replaceChildren(element("legend", G.accept.effects), ...names.map((name) => {
       const line = element("label", "");
       const isCarried = carried.includes(name);
       const box = Object.assign(element("input", ""), { type: "checkbox", value: name, checked: !isCarried, disabled: isCarried });
-      line.append(box, ` ${effectName(name)}: ${effects.filter((effect) => effect.name === name).map((effect) => `${sizeText(effect)}, ${sensorsText(effect.sensors)}`).join("; ")}`);
-      if (isCarried) line.append(Object.assign(element("span", " Carried already: withdraw it first in a terminal."), { className: "why" }));
+      line.append(box, ` ${G.effect(name)}: ${effects.filter((effect) => effect.name === name).map((effect) => `${sizeText(effect)}, ${sensorsText(effect.sensors)}`).join("; ")}`);
+      if (isCarried) line.append(Object.assign(element("span", ` ${G.accept.carried}`), { className: "why" }));
       return line;
     }));
     const rivals = [...new Set(effects.filter(({ name }) => !carried.includes(name)).flatMap(({ confusable_with: names }) => names))];
-    say($("accept-text"), `Model ${model.version + 1} will carry them: all runs are freed of them and fitted again. Model ${model.version} stays as it is. The search is done once more before; where it does not name one of them any more, nothing is taken.`);
+    say($("accept-text"), G.accept.what(model.version + 1, model.version));
     show($("accept-rivals"), rivals.length > 0);
-    say($("accept-rivals"), `Nearly as good: ${rivals.map(effectName).join(", ")}. These runs hardly tell them apart.`);
+    say($("accept-rivals"), G.accept.rivals(rivals));
     this.#enable();
     $("accept-dialog").showModal();
   }
@@ -160,7 +161,7 @@ const chosenEffects = () => [...$("accept-effects").querySelectorAll("input:chec
 function effectCard(effect) {
   const card = element("section", "");
   card.className = "effect";
-  const title = element("h3", effect.status === "named" ? effectName(effect.name) : `Only suspected: ${effectName(effect.name)}`);
+  const title = element("h3", effect.status === "named" ? G.effect(effect.name) : G.evidence.suspected(effect.name));
   const list = element("dl", "");
   list.className = "facts";
   list.append(...evidenceOf(effect).map(([name, value]) => {
@@ -168,10 +169,17 @@ function effectCard(effect) {
     box.append(element("dt", name), element("dd", value));
     return box;
   }));
-  card.append(title, element("p", effect.physics), list);
+  card.append(title, Object.assign(element("p", effect.physics), { lang: "en" }), list);
   if (outsideText(effect)) card.append(element("p", outsideText(effect)));
-  if (effect.next_experiment !== null) card.append(element("p", `Next experiment: ${effect.next_experiment}.`));
+  if (effect.next_experiment !== null) card.append(told("p", [G.evidence.experiment, { english: effect.next_experiment }, "."]));
   return card;
+}
+
+/** An element that says a sentence of parts. */
+function told(name, parts) {
+  const node = element(name, "");
+  tell(node, parts);
+  return node;
 }
 
 /** A table with a head; rows of texts, the first of each names it. */
@@ -195,10 +203,10 @@ function shownTable({ sensors, terms }) {
   const rows = ["fresh", "fitted"].flatMap((use) => Object.entries(sensors).filter(([, sensor]) => sensor[use] !== null).map(([name, sensor]) => {
     const part = sensor[use];
     const closed = use === "fresh" ? closedText(part.closed_fraction) : "–";
-    return [sensorText(name), use, small(part.before_rms, 3), small(part.after_rms, 3), small(part.floor_rms, 3), smallUnitOf(name), closed,
+    return [sensorText(name), G.shown.uses[use], small(part.before_rms, 3), small(part.after_rms, 3), small(part.floor_rms, 3), smallUnitOf(name), closed,
       use === "fresh" ? intervalText(accepted[name]?.closed_ci95) : "–"];
   }));
-  return tableParts(["Sensor", "Runs", "Before", "After", "Floor", "Unit", "Closed", "Expected when accepted (95 %)"], rows);
+  return tableParts(G.shown.heads, rows);
 }
 
 function limits({ detection_limit: limit, not_testable: notTestable, rejected_by_gate: rejected, gap }) {
@@ -207,19 +215,19 @@ function limits({ detection_limit: limit, not_testable: notTestable, rejected_by
   if (sensors.length > 0) {
     const table = element("table", "");
     table.className = "list figures";
-    table.append(...tableParts(["Sensor", "Named in half of such campaigns from", "Gap without", "with the effects", "Floor", "Unit"],
+    table.append(...tableParts(G.limits.heads,
       sensors.map((name) => [sensorText(name), small(limit[name]), small(gap[name]?.before_rms, 3), small(gap[name]?.after_rms, 3), small(gap[name]?.floor_rms, 3), smallUnitOf(name)])));
     const box = element("div", "");
     box.className = "scroll";
     box.tabIndex = 0;
     box.role = "region";
-    box.ariaLabel = "Smallest effects that would be named";
+    box.ariaLabel = G.limits.label;
     box.append(table);
     parts.push(box);
   }
   const list = element("ul", "");
   list.className = "remarks";
-  list.append(...notTestable.map(({ name, why }) => element("li", `Not testable: ${effectName(name)}: ${why}`)),
-    ...rejected.map(({ run, sensor, segments, of, why }) => element("li", `Rejected by the data gate: run ${run}${sensor ? `, ${sensorText(sensor)}` : ""}: ${segments} of ${of} segments: ${why}`)));
+  list.append(...notTestable.map(({ name, why }) => told("li", [G.limits.notTestable(name), { english: why }])),
+    ...rejected.map(({ run, sensor, segments, of, why }) => told("li", [G.limits.rejected(run, sensor && sensorText(sensor), segments, of), { english: why }])));
   return [...parts, list];
 }

@@ -2,20 +2,18 @@
 // What a gap search and a comparison mean in words. Nothing here touches the page.
 
 import { significant, UNKNOWN } from "./format.mjs";
+import { textsOf } from "./text.mjs";
+import { sensorText } from "./unit_words.mjs";
 
-const VERDICTS = {
-  none: { title: "NOTHING FOUND", state: "finished" },
-  named: { title: "EFFECT FOUND", state: "waiting" },
-  unknown: { title: "NOT EXPLAINED", state: "failed" },
-  cannot_judge: { title: "CANNOT BE JUDGED", state: "" },
-};
+/** @type {typeof import("./text_gap_en.mjs").text} */
+export const G = await textsOf("gap");
+
+/** States of a badge. */
+const VERDICTS = { none: "finished", named: "waiting", unknown: "failed", cannot_judge: "" };
 const MOST_PER_CENT = 999; // beyond, a fraction says only that the gap was small
 
 /** {title, state} of a search's verdict. */
-export const gapVerdictOf = (verdict) => (Object.hasOwn(VERDICTS, verdict) ? VERDICTS[verdict] : { title: String(verdict), state: "" });
-
-/** "sensor lag" */
-export const effectName = (name) => name.replaceAll("_", " ");
+export const gapVerdictOf = (verdict) => (Object.hasOwn(VERDICTS, verdict) ? { title: G.verdicts[verdict], state: VERDICTS[verdict] } : { title: String(verdict), state: "" });
 
 /** "m°/s", "mm/s²": a thousandth of what the document has. */
 const SMALL = { "deg/s": "m°/s", "m/s2": "mm/s²" };
@@ -25,20 +23,19 @@ export const small = (value, digits = 2) => (value === null || value === undefin
 /** "312 s, tau 320 s" */
 export const sizeText = ({ magnitude, shape }) => `${significant(magnitude.value, 3)} ${magnitude.unit}${shape ? `, ${shape}` : ""}`;
 
-export const sensorsText = (sensors) => (sensors.length === 6 ? "all sensors" : sensors.map((name) => name.replace("_", " ")).join(", "));
+export const sensorsText = (sensors) => (sensors.length === 6 ? G.allSensors : sensors.map(sensorText).join(", "));
 
-const listed = (names) => names.map(effectName).join(" or ");
-
-/** What the search has found, in one or two sentences. */
+/**
+ * What the search has found, in one or two sentences.
+ * @returns {import("./dom.mjs").Part[]}
+ */
 export function gapText({ verdict, effects, residual_structure: structure }) {
-  if (verdict === "none") return "What the unit read beyond the model is no more than how its runs differ. Smaller effects may be there unseen: the limits are below.";
+  if (verdict === "none") return [G.found.none];
   if (verdict === "unknown") {
-    const where = structure ? ` It follows ${structure.axis}, in ${sensorsText(structure.sensors)}.` : "";
-    return `The unit reads something that no known effect explains.${where} Nothing is named on a guess.`;
+    return G.found.unknown(structure ? G.found.follows(structure.axis, sensorsText(structure.sensors)) : []);
   }
-  if (verdict === "cannot_judge") return "These runs cannot show whether the model lacks something.";
-  const found = effects.map((effect) => `${effectName(effect.name)} (${sizeText(effect)}) in ${sensorsText(effect.sensors)}`);
-  return `The model lacks ${found.join("; and ")}.`;
+  if (verdict === "cannot_judge") return [G.found.cannotJudge];
+  return [G.found.lacks(effects.map((effect) => G.found.one(G.effect(effect.name), sizeText(effect), sensorsText(effect.sensors))))];
 }
 
 /** The effect that an experiment has to be recorded for before it is accepted, if any; `effects`: those that the model does not carry. */
@@ -47,51 +44,56 @@ const openEffect = (effects) => effects.find(({ next_experiment: next }) => next
 /** Whether accepting is what is to be done next. */
 export const acceptsNext = ({ effects }, carried) => openEffect(effects.filter(({ name }) => !carried.includes(name))) === undefined;
 
-/** What is to be done after a search; `carried`: names of the effects that the model has already. */
+/**
+ * What is to be done after a search; `carried`: names of the effects that the model has already.
+ * @returns {import("./dom.mjs").Part[]}
+ */
 export function gapNextOf({ verdict, effects: found }, carried) {
-  if (verdict === "none") return "The model lacks nothing that these runs can show: go on with what stands at the top.";
-  if (verdict === "unknown") return "Look along that axis: fixture, cables, building. Then record again and search again.";
-  if (verdict === "cannot_judge") return "Record another run of the same procedure, or void the run that the reason names. Then search again.";
+  if (verdict === "none") return [G.next.none];
+  if (verdict === "unknown") return [G.next.unknown];
+  if (verdict === "cannot_judge") return [G.next.cannotJudge];
   const effects = found.filter(({ name }) => !carried.includes(name));
-  if (effects.length === 0) return "The model carries what was found already: record a run that no fit has seen, then compare before and after.";
+  if (effects.length === 0) return [G.next.carried];
   const open = openEffect(effects);
-  if (open) return `${effectName(open.name)} is hardly told from ${listed(open.confusable_with)}. Before you accept it, record this: ${open.next_experiment}.`;
-  const which = effects.length === found.length ? "it" : effects.map(({ name }) => effectName(name)).join(" and ");
-  return `Accept ${which}, record a run that no fit has seen, then compare before and after.`;
+  if (open) return G.next.tell(open.name, open.confusable_with, open.next_experiment);
+  return [G.next.accept(effects.length === found.length ? [] : effects.map(({ name }) => name))];
 }
 
 /** Effects of which docs/gap-terms.md says that they take nothing of the mean. */
 const OUTSIDE_THE_MEAN = ["noise_vs_temperature", "quantization", "saturation"];
 
 /** Why an effect counts as found that takes nothing of the gap; "" for all others. */
-export const outsideText = ({ name }) => (OUTSIDE_THE_MEAN.includes(name) ? "It shows in the single samples, not in their mean: the gap, which is one of means, stays as it is." : "");
+export const outsideText = ({ name }) => (OUTSIDE_THE_MEAN.includes(name) ? G.evidence.outside : "");
 
 /** [name, value] of what speaks for an effect. */
 export const evidenceOf = ({ evidence, confusable_with: rivals, sensors, magnitude, shape }) => [
-  ["Size", sizeText({ magnitude, shape })],
-  ["In", sensorsText(sensors)],
-  ["Chance that scatter looks like it", evidence.p_adjusted < 1e-6 ? "below 1 in a million" : significant(evidence.p_adjusted, 2)],
-  ["Takes of the gap in runs set aside", `${Math.round(100 * evidence.heldout_gain)} %`],
-  ["Nearly as good", rivals.length === 0 ? "nothing else" : listed(rivals)],
+  [G.evidence.size, sizeText({ magnitude, shape })],
+  [G.evidence.sensors, sensorsText(sensors)],
+  [G.evidence.chance, evidence.p_adjusted < 1e-6 ? G.evidence.hardlyAny : significant(evidence.p_adjusted, 2)],
+  [G.evidence.takes, `${Math.round(100 * evidence.heldout_gain)} %`],
+  [G.evidence.rivals, rivals.length === 0 ? G.evidence.noRivals : G.either(rivals)],
 ];
 
 // ---- before and after
 
 /** "84 %", "too small to tell" */
-export const closedText = (fraction) => (fraction === null ? "too small to tell"
-  : Math.abs(100 * fraction) > MOST_PER_CENT ? "chance: the gap was small" : `${Math.round(100 * fraction)} %`.replace("-", "−"));
+export const closedText = (fraction) => (fraction === null ? G.shown.tooSmall
+  : Math.abs(100 * fraction) > MOST_PER_CENT ? G.shown.chance : `${Math.round(100 * fraction)} %`.replace("-", "−"));
 
-export const intervalText = (ci95) => (ci95 === null || ci95 === undefined ? UNKNOWN : `${ci95.map((end) => Math.round(100 * end)).join(" to ").replaceAll("-", "−")} %`);
+export function intervalText(ci95) {
+  if (ci95 === null || ci95 === undefined) return UNKNOWN;
+  const [low, high] = ci95.map((end) => String(Math.round(100 * end)).replace("-", "−"));
+  return G.shown.interval(low, high);
+}
 
 /** What fresh runs say of the accepted effects, in a sentence. */
 export function shownText({ before, model, terms, runs, sensors }) {
   const fresh = runs.filter(({ use }) => use === "fresh").length;
-  if (terms.length === 0) return `Model ${model} carries no accepted effect: this is how far it is from what was measured.`;
-  const which = `Model ${before} before, model ${model} after`;
-  if (fresh === 0) return `${which}. No run is fresh, so nothing is proved yet: record one that no fit has seen.`;
+  if (terms.length === 0) return G.shown.noTerms(model);
+  const models = G.shown.models(before, model);
+  if (fresh === 0) return G.shown.noFresh(models);
   const acted = new Set(terms.flatMap(({ parts }) => parts.flatMap((part) => part.sensors)));
   const judged = Object.entries(sensors).filter(([name, sensor]) => acted.has(name) && sensor.fresh !== null);
   const closer = judged.filter(([, { fresh: part }]) => part.after_rms < part.before_rms);
-  const how = closer.length === judged.length ? "the gap is smaller in every sensor" : `the gap is smaller in ${closer.length} of ${judged.length} sensors`;
-  return `${which}, on ${fresh} fresh ${fresh === 1 ? "run" : "runs"}: ${how} that the effects act on.`;
+  return G.shown.closer(models, fresh, closer.length, judged.length);
 }

@@ -4,11 +4,11 @@
 
 import { element } from "./dom.mjs";
 import { number } from "./format.mjs";
-import { small, smallUnitOf } from "./gap_words.mjs";
+import { G, small, smallUnitOf } from "./gap_words.mjs";
 import { sensorText } from "./unit_words.mjs";
 
 const STEPS = [3, 6, 12]; // standard errors of a cell from which on it is coloured, and more so
-const SWEEPS = { up: ["▲", "heating"], down: ["▼", "cooling"], unknown: ["", ""] };
+const SWEEPS = { up: "▲", down: "▼", unknown: "" };
 
 /** 0: within chance; 1 to 3: further off. */
 function stepOf(value, sigma) {
@@ -26,17 +26,16 @@ export function mapKey() {
     return line;
   };
   const [one, two, three] = STEPS;
-  return [entry("hot-1", `reads more, from ${one} sigma`), entry("hot-2", `from ${two}`), entry("hot-3", `from ${three}`), entry("cold-1", `reads less, from ${one} sigma`),
-    entry("cold-2", `from ${two}`), entry("cold-3", `from ${three}`)];
+  return [entry("hot-1", G.map.more(one)), entry("hot-2", G.map.from(two)), entry("hot-3", G.map.from(three)), entry("cold-1", G.map.less(one)),
+    entry("cold-2", G.map.from(two)), entry("cold-3", G.map.from(three))];
 }
 
 function plateauHead({ temp_c, sweep }) {
   const head = element("th", `${number(temp_c, 0)} °C `);
   head.scope = "row";
-  const [mark, words] = SWEEPS[sweep];
-  const sign = element("span", mark);
+  const sign = element("span", SWEEPS[sweep]);
   sign.ariaHidden = "true";
-  head.append(sign, Object.assign(element("span", words), { className: "unseen" }));
+  head.append(sign, Object.assign(element("span", G.map.sweeps[sweep]), { className: "unseen" }));
   return head;
 }
 
@@ -52,10 +51,10 @@ function cell(value, sigma) {
 
 /** "1 sigma is 0.31 to 0.44": cells that fewer runs have are known less well. */
 function sigmaText(sigma) {
-  if (sigma === null) return "no run repeats another: sigma is not known";
+  if (sigma === null) return G.map.noSigma;
   const known = sigma.flat().filter((value) => value !== null);
   const [least, most] = [Math.min(...known), Math.max(...known)].map((value) => small(value));
-  return `1 sigma is ${least === most ? least : `${least} to ${most}`}`;
+  return G.map.sigma(least, most);
 }
 
 /** The table of one sensor; `values`: its part `before` or `after` of the document's map. */
@@ -65,7 +64,7 @@ export function heatTable(name, { sigma }, values, { plateaus, positions }) {
   const caption = element("caption", "");
   caption.append(element("b", sensorText(name)), ` ${smallUnitOf(name)}; ${sigmaText(sigma)}`);
   const head = element("tr", "");
-  head.append(element("td", ""), ...positions.map((position) => Object.assign(element("th", position || "any"), { scope: "col" })));
+  head.append(element("td", ""), ...positions.map((position) => Object.assign(element("th", position || G.map.any), { scope: "col" })));
   const top = element("thead", "");
   top.append(head);
   const body = element("tbody", "");

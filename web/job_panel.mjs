@@ -2,10 +2,11 @@
 // The jobs of a unit: buttons that start them, the one that runs, what came of those before.
 
 import { get, post } from "./api.mjs";
-import { $, element, say, show } from "./dom.mjs";
+import { $, element, say, show, tell } from "./dom.mjs";
 import { clock } from "./format.mjs";
+import { endedText, runningText, verbOf } from "./job_words.mjs";
 import { badge } from "./runs_view.mjs";
-import { endedText, FORMATS, nextOf, runningText, verbOf } from "./unit_words.mjs";
+import { nextOf, U } from "./unit_words.mjs";
 
 const LOOK_AGAIN_MS = 1000;
 const LOOKS_AT_OTHERS = 10; // every so many times where no job is known to run
@@ -31,7 +32,7 @@ export class JobPanel {
     this.#userName = userName;
     this.#changed = changed;
     this.#took = took;
-    $("unit-format").append(...Object.entries(FORMATS).map(([value, text]) => Object.assign(element("option", text), { value })));
+    $("unit-format").append(...Object.entries(U.formats).map(([value, text]) => Object.assign(element("option", text), { value })));
     for (const kind of KINDS) $(`unit-${kind}`).addEventListener("click", () => this.#startOwn(kind));
     $("unit-format").addEventListener("change", () => this.#offerSignature());
     $("unit-cancel").addEventListener("click", () => this.#cancel());
@@ -60,7 +61,7 @@ export class JobPanel {
     this.#unit = unit;
     const chosen = $("unit-campaign").value;
     const choices = unit.verify_with.map(({ campaign, runs }) =>
-      Object.assign(element("option", `${campaign} (${runs} ${runs === 1 ? "run" : "runs"})`), { value: campaign }));
+      Object.assign(element("option", U.jobs.campaignRuns(campaign, runs)), { value: campaign }));
     $("unit-campaign").replaceChildren(...choices);
     if (unit.verify_with.some(({ campaign }) => campaign === chosen)) $("unit-campaign").value = chosen;
     $("unit-campaign").disabled = choices.length === 0;
@@ -83,7 +84,7 @@ export class JobPanel {
 
   /** Starts a job of this unit; `members`: of the request, beside kind, unit and user. */
   async start(kind, members = {}) {
-    await this.#tell(`${verbOf(kind)}: `, "jobs", { kind, unit: this.#serial, user: this.#userName(), ...members });
+    await this.#tell(verbOf(kind), "jobs", { kind, unit: this.#serial, user: this.#userName(), ...members });
   }
 
   async #startOwn(kind) {
@@ -91,7 +92,7 @@ export class JobPanel {
     if (kind === "verify") members.campaign = $("unit-campaign").value;
     if (kind === "export") Object.assign(members, this.#exportMembers());
     if (kind === "export" && this.#unit.model.simulated && !members.simulated) {
-      say($("job-failure"), "Export: the model is of SIMULATED data. Tick “Although it is of SIMULATED data” first, if that is what you want.");
+      say($("job-failure"), U.jobs.tickSimulated);
       show($("job-failure"), true);
       $("unit-simulated").focus();
       return;
@@ -110,15 +111,15 @@ export class JobPanel {
     try {
       const { key } = await get("key");
       $("unit-sign").disabled = key === null;
-      say($("unit-sign-text"), key === null ? "Sign it: the station has no key yet, Records makes one" : `Sign it with key ${key.key_id}`);
+      say($("unit-sign-text"), key === null ? U.jobs.noKey : U.jobs.signWith(key.key_id));
     } catch (error) {
       $("unit-sign").disabled = true;
-      say($("unit-sign-text"), `Sign it: ${error.message}`);
+      tell($("unit-sign-text"), [U.jobs.keyUnknown, { english: error.message }]);
     }
   }
 
   async #cancel() {
-    if (this.#running) await this.#tell("Cancel: ", "jobs/cancel", { id: this.#running.id, user: this.#userName() });
+    if (this.#running) await this.#tell(U.jobs.cancel, "jobs/cancel", { id: this.#running.id, user: this.#userName() });
   }
 
   async #tell(what, path, body) {
@@ -126,11 +127,11 @@ export class JobPanel {
     if ($("unit-work").contains(document.activeElement)) $("unit-work-title").focus();
     for (const kind of KINDS) $(`unit-${kind}`).disabled = true;
     this.#took(true, this.#running);
-    say($("job-news"), `${what.trim()} asked for`);
+    say($("job-news"), U.jobs.asked(what));
     try {
       await post(path, body);
     } catch (error) {
-      say($("job-failure"), what + error.message);
+      tell($("job-failure"), [U.jobs.refused(what), { english: error.message }]);
       show($("job-failure"), true);
     }
     await this.#look();
@@ -161,7 +162,7 @@ export class JobPanel {
       const isFirst = this.#shown === null;
       this.#shown = about;
       $("unit-jobs").replaceChildren(...own.map(jobLine));
-      say($("job-news"), isFirst || own.length === 0 ? "" : spoken(own[0]));
+      tell($("job-news"), isFirst || own.length === 0 ? [] : spoken(own[0]));
       this.#changed(); // also at the first look: one may have ended since the unit was read
     }
     show($("unit-jobs-none"), own.length === 0);
@@ -179,7 +180,7 @@ export class JobPanel {
 
 const spoken = (job) => {
   const { title, badge: { text }, text: why } = endedText(job);
-  return `${title}: ${text}. ${why}`;
+  return [`${title}: ${text}. `, { english: why }];
 };
 
 function jobLine(job) {
@@ -190,12 +191,12 @@ function jobLine(job) {
   head.className = "row";
   head.append(badge(mark), element("strong", title), Object.assign(element("span", `${clock(job.ended_utc_s ?? job.started_utc_s)}, ${job.user}`), { className: "why" }));
   if (job.file) {
-    const link = element("a", `Download ${job.file.name}`);
+    const link = element("a", U.jobs.download(job.file.name));
     link.href = `/api/v1/job/file?${new URLSearchParams({ id: job.id })}`;
     link.download = job.file.name;
     head.append(link);
   }
   line.append(head);
-  if (text) line.append(Object.assign(element("p", text), { className: job.state === "failed" ? "bad" : "why" }));
+  if (text) line.append(Object.assign(element("p", text), { className: job.state === "failed" ? "bad" : "why", lang: "en" }));
   return line;
 }

@@ -5,7 +5,7 @@ import { Axis } from "./axes.mjs";
 import { element } from "./dom.mjs";
 import { BELOW, draw, Panel, TOP } from "./figure.mjs";
 import { badge } from "./runs_view.mjs";
-import { sensorFacts, sensorText, unitText, verdictOf } from "./unit_words.mjs";
+import { sensorFacts, sensorText, U, unitText, verdictOf } from "./unit_words.mjs";
 
 const HEIGHT = 260;
 
@@ -66,14 +66,14 @@ export function sensorCard(name, sensor, judged, older) {
   const before = older && drawn(older.sensor);
   const figure = element("figure", "");
   const caption = element("figcaption", "");
-  caption.append(element("b", `Bias of ${sensorText(name)}`),
+  caption.append(element("b", U.sensors.bias(sensorText(name))),
     element("span", sensorFacts(sensor).map((fact) => fact.join(" ")).join(", ")));
   figure.append(caption);
   const all = [sensor, ...(older ? [older.sensor] : [])];
   const x = axisOf(all.flatMap(({ temp_min_c, temp_max_c }) => [temp_min_c, temp_max_c]));
   const bands = [...wide, ...narrow, ...(before?.narrow ?? [])];
   const y = axisOf([...line, ...(before?.line ?? [])].map(([, bias]) => bias).concat(bands.flatMap(([, low, high]) => [low, high])));
-  const panel = new Panel(TOP, HEIGHT - BELOW, x, y, "temperature of the unit, °C", `bias, ${unitText(sensor)}`);
+  const panel = new Panel(TOP, HEIGHT - BELOW, x, y, U.sensors.temperature, U.sensors.ordinate(unitText(sensor)));
   panel.band(wide, "pi95");
   panel.band(narrow, "ci95");
   if (before) {
@@ -81,9 +81,9 @@ export function sensorCard(name, sensor, judged, older) {
     panel.line(before.line, "older");
   }
   panel.line(line, "curve");
-  const legend = [["line curve", "deployed curve"], ["band ci95", "95 %, mean curve"]];
-  if (wide.length > 0) legend.push(["band pi95", "95 %, one fresh power-on"]);
-  if (older) legend.push(["line older", `model ${older.version}`], ["band older", "its 95 %, mean curve"]);
+  const legend = [["line curve", U.sensors.deployed], ["band ci95", U.sensors.mean]];
+  if (wide.length > 0) legend.push(["band pi95", U.sensors.fresh]);
+  if (older) legend.push(["line older", U.sensors.version(older.version)], ["band older", U.sensors.olderMean]);
   draw(figure, HEIGHT, [panel], legend);
   caption.firstElementChild.remove(); // the card's title says it
   card.append(head, figure, facts(sensor));

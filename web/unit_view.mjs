@@ -2,13 +2,13 @@
 // One unit: its verdict, what is to be done next, its curves, and the jobs that do it.
 
 import { get } from "./api.mjs";
-import { $, element, say, show } from "./dom.mjs";
+import { $, element, english, say, show, tell } from "./dom.mjs";
 import { clock } from "./format.mjs";
 import { GapCard } from "./gap_card.mjs";
 import { JobPanel } from "./job_panel.mjs";
 import { badge } from "./runs_view.mjs";
 import { sensorCard } from "./unit_curves.mjs";
-import { nextOf, sensorText, sortedWarnings, verdictNow, verdictOf, verdictText } from "./unit_words.mjs";
+import { nextOf, sensorText, sortedWarnings, U, verdictNow, verdictOf, verdictText } from "./unit_words.mjs";
 
 const PARTS = ["unit-verdict", "unit-next-box", "unit-facts", "unit-work", "unit-warnings-card", "unit-impact", "unit-gap", "unit-curves"];
 
@@ -60,10 +60,10 @@ export class UnitView {
     const { title, state } = verdictOf(verdictNow(unit));
     $("unit-verdict").dataset.state = state;
     say($("unit-verdict-title"), title);
-    say($("unit-verdict-text"), verdictText(unit));
+    tell($("unit-verdict-text"), verdictText(unit));
     const next = nextOf(unit);
     $("unit-next").replaceChildren(next.text, ...(next.link ? [" ", Object.assign(element("a", next.link.text), { href: next.link.address })] : []));
-    $("unit-badges").replaceChildren(...(unit.model?.simulated ? [badge({ text: "SIMULATED", state: "simulated" })] : []));
+    $("unit-badges").replaceChildren(...(unit.model?.simulated ? [badge({ text: U.unit.simulated, state: "simulated" })] : []));
     this.#renderFacts(unit);
     this.#renderWarnings(unit);
     this.#unit = unit;
@@ -79,7 +79,7 @@ export class UnitView {
     const versions = Array.from({ length: Math.max(0, newest - 1) }, (_, i) => String(newest - 1 - i));
     const chosen = $("unit-older").value; // its model may be on the way
     const option = (text, value) => Object.assign(element("option", text), { value });
-    $("unit-older").replaceChildren(option("none", ""), ...versions.map((version) => option(`model ${version}`, version)));
+    $("unit-older").replaceChildren(option(U.sensors.noOlder, ""), ...versions.map((version) => option(U.sensors.version(version), version)));
     $("unit-older").value = versions.includes(chosen) ? chosen : "";
     show($("unit-older-box"), versions.length > 0);
   }
@@ -112,10 +112,12 @@ export class UnitView {
 
   async #renderImpact() {
     const { unit, model } = this.#unit;
+    const asked = this.#asked;
     show($("unit-impact"), false);
     if (model === null) return;
     const { renderImpact } = await import("./impact_card.mjs");
-    if (model !== this.#unit.model) return; // another unit, or a newer model, came meanwhile
+    // Another unit may have been asked for meanwhile, or a newer model has come.
+    if (asked !== this.#asked || model !== this.#unit.model) return;
     renderImpact($("unit-impact"), model, unit);
     show($("unit-impact"), true);
   }
@@ -123,11 +125,11 @@ export class UnitView {
   #renderFacts(unit) {
     const { model, exported } = unit;
     const facts = [
-      ["Type", unit.type],
-      ["Model", model === null ? "none yet" : `${model.version}, ${clock(model.created_utc_s)}`],
-      ["Runs", `${unit.runs}, ${unit.to_fit} for a fit`],
-      ["Epoch", String(unit.epoch)],
-      ["Exported", exported === null ? "not yet" : `${clock(exported.ended_utc_s)} by ${exported.user}`],
+      [U.unit.type, unit.type],
+      [U.unit.model, model === null ? U.list.noModel : `${model.version}, ${clock(model.created_utc_s)}`],
+      [U.unit.runs, U.unit.toFit(unit.runs, unit.to_fit)],
+      [U.unit.epoch, String(unit.epoch)],
+      [U.unit.exported, exported === null ? U.unit.notExported : U.unit.exportedBy(clock(exported.ended_utc_s), exported.user)],
     ];
     $("unit-facts").replaceChildren(...facts.map(([name, value]) => {
       const box = element("div", "");
@@ -139,11 +141,10 @@ export class UnitView {
   #renderWarnings(unit) {
     const { act, rest } = sortedWarnings(unit);
     show($("unit-warnings-card"), unit.model !== null);
-    say($("unit-warnings-none"), act.length === 0 ? "No warning asks for anything." : "");
     show($("unit-warnings-none"), act.length === 0);
     $("unit-warnings").replaceChildren(...act.map(warningLine));
     show($("unit-warnings-rest"), rest.length > 0);
-    say($("unit-warnings-rest-title"), `${rest.length} more with nothing to do`);
+    say($("unit-warnings-rest-title"), U.warnings.more(rest.length));
     $("unit-warnings-rest-list").replaceChildren(...rest.map(warningLine));
   }
 }
@@ -152,9 +153,12 @@ export class UnitView {
 function warningLine({ code, text, remedy, sensors, urgency }) {
   const line = element("li", "");
   line.dataset.urgency = urgency;
-  const said = sensors.length === 1 && text.startsWith(sensors[0]);
+  const name = U.warnings.name(code);
+  const said = name === "" && sensors.length === 1 && text.startsWith(sensors[0]);
   const who = sensors.length > 0 && !said ? `${sensors.map(sensorText).join(", ")}: ` : "";
-  line.append(`${who}${text}`, " ", element("code", code));
-  if (remedy) line.append(Object.assign(element("span", ` ${remedy}`), { className: "why" }));
+  line.append(`${who}${name}${name && ": "}`, english(text), " ", element("code", code));
+  const toDo = Object.assign(element("span", ""), { className: "why" });
+  tell(toDo, [" ", U.warnings.remedy(code, remedy)]);
+  if (remedy) line.append(toDo);
   return line;
 }

@@ -1,39 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the documents of units and jobs mean in words that a technician acts on. Nothing here touches the page.
+// What the documents of units mean in words that a technician acts on. Nothing here touches the page.
 
-import { number, shortDuration, significant, UNKNOWN } from "./format.mjs";
-import { effectName, gapVerdictOf } from "./gap_words.mjs";
+import { number, significant, UNKNOWN } from "./format.mjs";
+import { textsOf } from "./text.mjs";
 
-/** Kinds of jobs: what the button, a running job and an ended one are called. */
-const KINDS = {
-  fit: { verb: "Fit", doing: "Fitting", noun: "Fit" },
-  verify: { verb: "Verify", doing: "Verifying", noun: "Verification" },
-  report: { verb: "Report", doing: "Writing the report", noun: "Report" },
-  export: { verb: "Export", doing: "Exporting", noun: "Export" },
-  gap_find: { verb: "Search", doing: "Searching for what the model lacks", noun: "Gap search" },
-  gap_accept: { verb: "Accept", doing: "Fitting again with the accepted effects", noun: "Accepted" },
-  gap_show: { verb: "Compare", doing: "Comparing before and after", noun: "Before and after" },
-};
-const VERDICTS = {
-  pass: { title: "PASS", state: "finished" },
-  marginal: { title: "MARGINAL", state: "waiting" },
-  fail: { title: "FAIL", state: "failed" },
-  not_measured: { title: "NOT MEASURED", state: "waiting" },
-};
-const NOT_JUDGED = { title: "NOT JUDGED", state: "" };
+/** @type {typeof import("./text_units_en.mjs").text} */
+export const U = await textsOf("units");
 
-/** What the formats are for, in the order in which they are offered: name in the interface → text. */
-export const FORMATS = {
-  blob: "Calibration file (.soakcal)",
-  c: "C header (.h)",
-  json: "JSON",
-  px4: "PX4 parameters",
-  ardupilot: "ArduPilot parameters",
-  kalibr: "Kalibr noise values",
-};
+/** States of a badge. */
+const VERDICTS = { pass: "finished", marginal: "waiting", fail: "failed", not_measured: "waiting" };
 
 /** {title, state}: of the document's verdict, null where nothing has been judged. */
-export const verdictOf = (verdict) => (verdict !== null && Object.hasOwn(VERDICTS, verdict) ? VERDICTS[verdict] : NOT_JUDGED);
+export const verdictOf = (verdict) =>
+  verdict !== null && Object.hasOwn(VERDICTS, verdict) ? { title: U.verdicts[verdict], state: VERDICTS[verdict] } : { title: U.verdicts.none, state: "" };
 
 /**
  * The verdict that holds for the newest model, or null.
@@ -49,19 +28,19 @@ const curvesWith = (sensors, verdict) =>
 /**
  * Why the verdict is what it is, one sentence.
  * @param {import("./documents.mjs").Unit} unit
+ * @returns {import("./dom.mjs").Part[]}
  */
 export function verdictText(unit) {
   const { model, verification } = unit;
-  if (model === null) return "There is no model of this unit yet.";
-  if (verification === null) return `Model ${model.version} has not been verified here.`;
+  if (model === null) return [U.why.noModel];
+  if (verification === null) return [U.why.notVerified(model.version)];
   const { job, stale } = verification;
-  const by = `Model ${job.result.model} against campaign ${job.campaign}, by ${job.user}`;
-  if (stale !== null) return `The last verification does not hold any more: ${stale}. It was ${verdictOf(job.result.verdict).title}: ${by}.`;
+  const by = U.why.by(job.result.model, job.campaign, job.user);
+  if (stale !== null) return U.why.stale(stale, verdictOf(job.result.verdict).title, by);
   const { verdict, sensors, limits } = job.result;
-  if (verdict === "info" && limits === null) return `${by}: no limits are set for the type ${unit.type}, so nothing was judged.`;
+  if (verdict === "info" && limits === null) return [U.why.noLimits(by, unit.type)];
   const which = verdict === "pass" ? "" : curvesWith(sensors, verdict === "info" ? "not_measured" : verdict);
-  const words = { pass: "all sensors are within their limits", fail: "beyond the limits", marginal: "too near to the limits to tell", info: "not measured" };
-  return `${by}: ${[words[verdict], which].filter(Boolean).join(": ")}.`;
+  return [`${by}: ${[U.why.judged[verdict], which].filter(Boolean).join(": ")}.`];
 }
 
 /**
@@ -70,18 +49,18 @@ export function verdictText(unit) {
  */
 export function nextOf(unit) {
   const { model, verify_with, exported } = unit;
-  if (model === null && unit.to_fit === 0) return { kind: null, text: "Record a campaign with it, or import its recordings." };
-  if (model === null) return { kind: "fit", text: "Fit it." };
-  if (model.epoch !== unit.epoch) return { kind: null, text: "Record it as it is now and fit it again: it was repaired or changed after this model." };
-  if (unit.warnings.some(({ code }) => code === "voided_since")) return { kind: "fit", text: "Fit it again: data of this model were withdrawn." };
+  if (model === null && unit.to_fit === 0) return { kind: null, text: U.next.record };
+  if (model === null) return { kind: "fit", text: U.next.fit };
+  if (model.epoch !== unit.epoch) return { kind: null, text: U.next.changed };
+  if (unit.warnings.some(({ code }) => code === "voided_since")) return { kind: "fit", text: U.next.withdrawn };
   const verdict = verdictNow(unit);
-  if (verdict === null && verify_with.length > 0) return { kind: "verify", text: "Verify it with a run that the fit has not seen." };
-  if (verdict === null) return { kind: null, text: "Record a run that the fit has not seen with a verification procedure, then verify it.", link: { text: "New campaign", address: "#station" } };
-  if (verdict === "fail") return { kind: "report", text: "Do not hand it over: it exceeds its limits. The report shows where." };
-  if (verdict === "marginal") return { kind: null, text: "Do not hand it over as passed: record more runs for the fit or the verification, and verify it again." };
-  if (verdict !== "pass") return { kind: null, text: `Write limits into the file of its type, ${unit.type}.toml, or verify it over the whole range: it is not judged yet.`, link: { text: "How", address: "#help=guide&at=8-verify" } };
-  if (warningsOf(unit).some(({ code, urgency }) => urgency === "grave" && code !== "simulated")) return { kind: "report", text: "Do not hand it over before the first warning below is settled." };
-  return exported === null ? { kind: "export", text: "Export it." } : { kind: null, text: "Nothing: it is verified and exported." };
+  if (verdict === null && verify_with.length > 0) return { kind: "verify", text: U.next.verify };
+  if (verdict === null) return { kind: null, text: U.next.recordFresh, link: { text: U.next.newCampaign, address: "#station" } };
+  if (verdict === "fail") return { kind: "report", text: U.next.fail };
+  if (verdict === "marginal") return { kind: null, text: U.next.marginal };
+  if (verdict !== "pass") return { kind: null, text: U.next.notJudged(unit.type), link: { text: U.next.how, address: "#help=guide&at=8-verify" } };
+  if (warningsOf(unit).some(({ code, urgency }) => urgency === "grave" && code !== "simulated")) return { kind: "report", text: U.next.grave };
+  return exported === null ? { kind: "export", text: U.next.export } : { kind: null, text: U.next.nothing };
 }
 
 // ---- warnings
@@ -122,7 +101,7 @@ export function sortedWarnings(unit) {
 
 // ---- sensors
 
-export const sensorText = (name) => name.replace("_", " ");
+export const sensorText = (name) => U.sensors.name(name);
 export const unitText = ({ unit }) => ({ "deg/s": "°/s", "m/s2": "m/s²" })[unit] ?? unit;
 
 /** An error as people read it; small ones with the digits that they have. */
@@ -134,52 +113,14 @@ const size = (value) => (value === null ? UNKNOWN : significant(value, 2));
  */
 export function sensorFacts(sensor) {
   const unit = unitText(sensor);
-  const residual = sensor.check_rmse_shape === null ? ["Residual of the fit", `${size(sensor.train_rmse)} ${unit}`]
-    : ["Residual, held-out runs", `${size(sensor.check_rmse_shape)} ${unit}`];
+  const residual = sensor.check_rmse_shape === null ? [U.sensors.residualFit, `${size(sensor.train_rmse)} ${unit}`]
+    : [U.sensors.residualHeldOut, `${size(sensor.check_rmse_shape)} ${unit}`];
   const widest = Math.max(...sensor.curve.map(({ ci95 }) => ci95));
   return [
-    ["Curve", sensor.deployed === "anfis" ? `ANFIS, ${sensor.rules} rules` : sensor.deployed],
+    [U.sensors.curve, sensor.deployed === "anfis" ? U.sensors.rules(sensor.rules) : U.sensors.kind(sensor.deployed)],
     residual,
-    ["Run to run", sensor.run_to_run_sigma === null ? "not known" : `${size(sensor.run_to_run_sigma)} ${unit}`],
-    ["Span", `${number(sensor.temp_min_c, 0)} to ${number(sensor.temp_max_c, 0)} °C`],
-    ["95 % band, widest", `±${size(widest)} ${unit}`],
+    [U.sensors.runToRun, sensor.run_to_run_sigma === null ? U.sensors.notKnown : `${size(sensor.run_to_run_sigma)} ${unit}`],
+    [U.sensors.span, U.sensors.range(number(sensor.temp_min_c, 0), number(sensor.temp_max_c, 0))],
+    [U.sensors.widest, `±${size(widest)} ${unit}`],
   ];
-}
-
-// ---- jobs
-
-export const verbOf = (kind) => KINDS[kind]?.verb ?? kind;
-
-/**
- * "Fitting SN1 since 12 s, by Eva"
- * @param {import("./documents.mjs").Job} job
- * @param {number} now_s
- */
-export function runningText(job, now_s) {
-  const since = shortDuration(Math.max(0, Math.round(now_s - job.started_utc_s)));
-  return `${KINDS[job.kind]?.doing ?? job.kind}: unit ${job.unit}, for ${since} now, started by ${job.user}`;
-}
-
-/** @param {import("./documents.mjs").Job} job */
-const detailOf = ({ kind, campaign, format, effects, sign, result }) => {
-  if (kind === "gap_accept") return ` ${effects.map(effectName).join(", ")}${result ? `: model ${result.model}` : ""}`;
-  if (kind === "verify") return ` against ${campaign}`;
-  if (kind === "export") return ` as ${Object.hasOwn(FORMATS, format ?? "") ? FORMATS[format] : format}${sign ? `, signed${result?.key_id ? ` with key ${result.key_id}` : ""}` : ""}`;
-  return kind === "fit" && result ? `: model ${result.model}` : "";
-};
-
-/**
- * What a job that has ended did: {title, badge, text}; `text` is why not, or what came of it.
- * @param {import("./documents.mjs").Job} job
- */
-export function endedText(job) {
-  const title = `${KINDS[job.kind]?.noun ?? job.kind}${detailOf(job)}`;
-  if (job.state === "done") {
-    const verdict = job.result?.verdict;
-    const judged = job.kind === "gap_find" ? gapVerdictOf : verdictOf;
-    const shown = verdict === undefined ? { title: "done", state: "finished" } : judged(verdict);
-    return { title, badge: { text: shown.title, state: shown.state }, text: job.result?.sentence ?? job.result?.reason ?? "" };
-  }
-  const state = job.state === "failed" ? "failed" : "waiting";
-  return { title, badge: { text: job.state, state }, text: job.message ?? "" };
 }

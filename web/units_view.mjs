@@ -5,7 +5,7 @@ import { get } from "./api.mjs";
 import { $, element, say, show } from "./dom.mjs";
 import { timeOfDay, UNKNOWN } from "./format.mjs";
 import { badge } from "./runs_view.mjs";
-import { verdictOf } from "./unit_words.mjs";
+import { U, verdictOf } from "./unit_words.mjs";
 
 /** Where a unit's page is. */
 export const unitAddress = (serial) => `#${new URLSearchParams({ unit: serial })}`;
@@ -31,8 +31,8 @@ export class UnitsView {
   #render() {
     const words = $("units-find").value.trim().toLowerCase().split(/\s+/);
     const units = this.#units.filter((unit) => words.every((word) => `${unit.unit} ${unit.type}`.toLowerCase().includes(word)));
-    const none = this.#units.length === 0 ? "No unit is known yet: record or import a run." : "No unit fits.";
-    say($("units-nothing"), units.length === 0 ? none : `${units.length} ${units.length === 1 ? "unit" : "units"}`);
+    const none = this.#units.length === 0 ? U.list.none : U.list.noneFits;
+    say($("units-nothing"), units.length === 0 ? none : U.list.count(units.length));
     show($("units-list"), units.length > 0);
     $("units-list").tBodies[0].replaceChildren(...units.map((unit) => this.#row(unit)));
   }
@@ -46,9 +46,9 @@ export class UnitsView {
     const { title, state } = verdictOf(unit.verdict);
     const verdict = element("td", "");
     verdict.append(badge({ text: title, state }));
-    if (unit.trouble !== null) verdict.append(Object.assign(element("p", unit.trouble), { className: "why" }));
+    if (unit.trouble !== null) verdict.append(Object.assign(element("p", unit.trouble), { className: "why", lang: "en" }));
     const when = (utc_s) => (utc_s === null ? UNKNOWN : timeOfDay(utc_s, Date.now() / 1000));
-    const model = unit.model === null ? "none yet" : `${unit.model.version}, ${when(unit.model.created_utc_s)}`;
+    const model = unit.model === null ? U.list.noModel : `${unit.model.version}, ${when(unit.model.created_utc_s)}`;
     row.append(name, verdict, ...[unit.type, model, unit.runs, when(unit.newest_run_utc_s)].map((text) => element("td", String(text))));
     return row;
   }

@@ -7,6 +7,7 @@ import functools
 import json
 import os
 import pathlib
+import re
 import shutil
 import sqlite3
 import subprocess
@@ -20,6 +21,7 @@ import urllib.request
 
 from browser import BROWSER, DRIVER, Browser
 from real_soakd import ROOT, programs
+from test_language import SHOWN
 from test_units import UnitStation
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "cli"))
@@ -331,6 +333,29 @@ class Page(WithStation):
                          [("Eva", "gap_show: done, model 2"), ("Eva", "gap_accept of sensor_lag: done, model 2")])
         self.assertEqual(self.browser.console(), [])
 
+    def test_what_was_found_is_said_in_german_and_effects_keep_their_names(self):
+        if self.soakd.get("unit", unit=LAGGING)["gap"]["find"] is None:
+            self.soakd.ended(self.soakd.post("jobs", kind="gap_find", unit=LAGGING, user="Eva"))
+        self.addCleanup(self.browser.run, "localStorage.removeItem('soak-language')")
+        shown = {}
+        for language in ("en", "de"):
+            self.browser.go(self.soakd.url)
+            self.browser.run("localStorage.setItem('soak-language', arguments[0])", language)
+            self.go(f"unit={LAGGING}", "return document.querySelector('#gap-maps table')")
+            self.browser.run("document.querySelector('#gap-limits').open = true")
+            shown[language] = set(self.browser.run(SHOWN.replace("document.body);", "document.querySelector('#unit-gap'));"))[1:])
+        same = {text for text in shown["en"] & shown["de"] if re.search("[A-Za-z]{3}", text) and "tau" not in text}
+        self.assertEqual(same, set(), "neither translated nor marked as English")
+        self.assertGreater(len(shown["de"]), 40)
+        self.see("#gap-verdict-title", "EFFEKT GEFUNDEN")
+        self.see("#gap-verdict-text", "Dem Modell fehlt sensor_lag (Sensor folgt dem Thermometer verspätet)")
+        self.see("#gap-effects", "unter 1 zu 1 Million")
+        names = re.findall(r"^\| `(\w+)` \|", (ROOT / "docs" / "gap-workflow.md").read_text(encoding="utf-8").split("## The library")[1].split("\n## ")[0], re.M)
+        self.assertIn("sensor_lag", names)
+        said = self.browser.run("return import('/gap_words.mjs').then(({ G }) => arguments[0].map(G.effect))", names)
+        self.assertEqual([text for name, text in zip(names, said, strict=True) if not text.startswith(f"{name} (")], [])
+        self.assertEqual(self.browser.console(), [])
+
     def test_an_odd_unit_stands_out_and_its_name_is_text(self):
         self.go("fleet=mti-300", "return document.querySelectorAll('#fleet-sensors .sensor').length === 6")
         self.assertEqual(self.browser.run("return document.querySelector('#to-fleet').ariaCurrent"), "page")
@@ -352,7 +377,7 @@ class Page(WithStation):
     def test_what_is_carried_is_not_accepted_again(self):
         self.go("events", "return document.querySelector('#audit tbody tr')")
         effects = [{"name": name, "next_experiment": None, "confusable_with": []} for name in ("sensor_lag", "cross_axis")]
-        said = [self.browser.run("const given = arguments; return import('/gap_words.mjs').then((words) => words.gapNextOf(...given))",
+        said = [self.browser.run("const given = arguments; return import('/gap_words.mjs').then((words) => words.gapNextOf(...given).join(''))",
                                  {"verdict": "named", "effects": effects}, carried)
                 for carried in ([], ["sensor_lag"], ["sensor_lag", "cross_axis"])]
         self.assertIn("Accept it", said[0])

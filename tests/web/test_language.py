@@ -39,9 +39,8 @@ const parts = (group, way) => Object.entries(group).flatMap(([name, value]) =>
   typeof value === 'object' ? parts(value, `${way}${name}.`) : [`${way}${name} ${typeof value === 'function' ? value.length : 'text'}`]);
 return import(`/${arguments[0]}`).then(({ text }) => parts(text, ''));"""
 # Modules of views whose texts are English as yet: index.html marks them by lang="en".
-ENGLISH_AS_YET = {"alarms_card.mjs", "events_view.mjs", "fleet_view.mjs", "fleet_words.mjs", "gap_card.mjs", "gap_words.mjs", "heat_map.mjs", "help_view.mjs",
-                  "impact_card.mjs", "job_panel.mjs", "key_card.mjs", "records_view.mjs", "records_words.mjs",
-                  "unit_curves.mjs", "unit_view.mjs", "unit_words.mjs", "units_view.mjs"}
+ENGLISH_AS_YET = {"alarms_card.mjs", "events_view.mjs", "fleet_view.mjs", "fleet_words.mjs", "help_view.mjs",
+                  "key_card.mjs", "records_view.mjs", "records_words.mjs"}
 # The report is a document of record in English; the languages themselves and types.
 NO_VIEWS = {"documents.mjs", "figure.mjs", "kept_documents.mjs", "report.mjs"} | {path.name for path in WEB.glob("text_*.mjs")}
 
@@ -105,7 +104,7 @@ GROUPS = sorted({re.sub(r"^text_|_?en\.mjs$", "", path.name) for path in WEB.glo
 def sentences_in(module):
     """String literals that read like words for people; names of keys, and what is for the console or a style sheet, are none."""
     code = re.sub(r"/\*.*?\*/|(?<!:)//[^\n]*", "", module.read_text(encoding="utf-8"), flags=re.S)
-    code = "\n".join(line for line in code.splitlines() if not re.search(r"console\.|className|class:|\.tell\(|new Error\(`HTTP|\.key\b|LANGUAGES =", line))
+    code = "\n".join(line for line in code.splitlines() if not re.search(r"console\.|element\(.code|className|class:|\.tell\(|new Error\(`HTTP|\.key\b|LANGUAGES =", line))
     return [text for _, text in re.findall(r"""(["`])((?:(?!\1)[^\\\n]|\\.)*)\1""", code) if re.search(r"^[A-Z][a-z]+( [a-z]+|…|\.|$)|[a-z] [a-z]+ [a-z]+ ", text)]
 
 

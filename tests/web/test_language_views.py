@@ -3,6 +3,7 @@
 the English page has no German."""
 import pathlib
 import re
+import shutil
 import sys
 import unittest
 import urllib.parse
@@ -10,11 +11,12 @@ import urllib.parse
 from browser import BROWSER, DRIVER, Browser
 from test_runs import HOSTILE, StoredRuns  # first: others put a folder in front that has a module of this name, too
 from test_accessibility import AXE, SERIOUS
-from test_language import SHOWN
+from test_language import ROOT, SHOWN
+from test_units import HOSTILE as UNIT_NAMES, OTHER, SERIAL, UnitStation, stored_units
 
 # Words that both languages write alike; names and numbers of the stored runs are nobody's language.
-SAME = {"Soak", "Station", "English", "Deutsch", "Plateau", "SN1", "import", HOSTILE, "spring", "paused"}
-DATA = re.compile(r"(import )?R0\d(\.csv)?|[✕△– ]*[+−][XYZ]|[0-9a-f]{8}-[0-9a-f-]+|[^A-Za-z]*(°C|h|min|s|Hz|m/s²)?[^A-Za-z]*|\d+ (h|min) \d+ (min|s)|Soak \d\S*")
+SAME = {"Soak", "Station", "English", "Deutsch", "Plateau", "SN1", "import", HOSTILE, "spring", "paused", "generic", "Export", "Eva", SERIAL, OTHER, *UNIT_NAMES}
+DATA = re.compile(r"(import )?R0\d(\.csv)?|[✕△– ]*[+−][XYZ]|[0-9a-f]{8}-[0-9a-f-]+|[^A-Za-z]*(°C|h|m|min|s|Hz|m/s²|Eva)?[^A-Za-z]*|\d+ (h|min) \d+ (min|s)|Soak \d\S*")
 GERMAN = re.compile(r"[äöüß]|\b(der|die|das|und|nicht|kein|Lauf|von|Prüfling|ungültig|\d+,\d+ (?:Hz|°C|h|m))\b")
 
 
@@ -36,17 +38,39 @@ def go(browser, soakd, language, place, ready):
     browser.wait("return document.querySelector('#version').innerText.startsWith('Soak 0')")
 
 
-@unittest.skipUnless(BROWSER and DRIVER, "skipped: chromium and chromedriver are not installed")
-class Runs(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls):
-        cls.soakd, cls.browser = StoredRuns(), Browser()
-        for thing in (cls.soakd, cls.browser):
-            cls.addClassCleanup(thing.close)
-        cls.places = places(cls.soakd)
+def unit_places(_):
+    name = urllib.parse.urlencode({"unit": SERIAL})
+    return {"units": ("units", "return document.querySelector('#units-list tbody tr')"),
+            "unit": (name, "return document.querySelectorAll('#unit-sensors .sensor').length === 6 && document.querySelector('#unit-impact h2') && "
+                           "document.querySelector('#unit-jobs').ariaBusy === 'false'")}
+
+
+class JudgedUnit(UnitStation):
+    """A station with a unit that is fitted and verified."""
+
+    def __init__(self):
+        super().__init__()
+        for job in ({"kind": "fit"}, {"kind": "verify", "campaign": "verification"}):
+            self.ended(self.post("jobs", unit=SERIAL, user="Eva", **job))
+
+
+def tearDownModule():
+    if stored_units.cache_info().currsize:
+        shutil.rmtree(stored_units(), ignore_errors=True)
+
+
+class Views(unittest.TestCase):
+    """Views of one station, in both languages."""
 
     def setUp(self):
         self.browser.resize(1280, 900)
+
+    @classmethod
+    def begin(cls, soakd, find_places):
+        cls.soakd, cls.browser = soakd, Browser()
+        for thing in (cls.soakd, cls.browser):
+            cls.addClassCleanup(thing.close)
+        cls.places = find_places(cls.soakd)
 
     def go(self, language, view):
         go(self.browser, self.soakd, language, *self.places[view])
@@ -64,6 +88,22 @@ class Runs(unittest.TestCase):
         self.assertEqual(texts["en"] & texts["de"], set(), "neither translated nor marked as English")
         self.assertEqual([text for text in texts["en"] if GERMAN.search(text)], [])
         self.assertGreater(len([text for text in texts["de"] if GERMAN.search(text)]), 5)
+
+    def assert_accessible_and_not_too_wide(self):
+        for view in self.places:
+            self.go("de", view)
+            for width in (1280, 390):
+                self.browser.resize(width, 900)
+                with self.subTest(view=view, width=width):
+                    self.assertLessEqual(self.browser.run("return document.documentElement.scrollWidth"), width)
+                    self.assertEqual(self.browser.run(AXE.read_text(encoding="utf-8") + SERIOUS), [])
+
+
+@unittest.skipUnless(BROWSER and DRIVER, "skipped: chromium and chromedriver are not installed")
+class Runs(Views):
+    @classmethod
+    def setUpClass(cls):
+        cls.begin(StoredRuns(), places)
 
     def test_the_list(self):
         self.assert_two_languages("list")
@@ -90,15 +130,16 @@ class Runs(unittest.TestCase):
         self.browser.click("#to-runs")
         self.browser.wait("return document.activeElement.id === 'runs-title' && document.activeElement.innerText === 'Kampagnen und Läufe'")
 
+    def test_what_can_be_done_with_a_segment_is_whole_on_a_telephone(self):
+        self.go("de", "run")
+        self.browser.resize(390, 900)
+        cut = self.browser.run("""const edge = document.querySelector('#segments-card .scroll').getBoundingClientRect().right;
+            return [...document.querySelectorAll('#segments .actions button')].filter((node) => node.scrollWidth > node.clientWidth || node.getBoundingClientRect().right > edge).length""")
+        self.assertEqual(cut, 0)
+
     @unittest.skipUnless(AXE.exists(), "skipped: axe-core is not there; npm ci --ignore-scripts --prefix tests/web brings it")
     def test_nothing_serious_is_found_and_nothing_is_wider_than_the_screen(self):
-        for view in self.places:
-            self.go("de", view)
-            for width in (1280, 390):
-                self.browser.resize(width, 900)
-                with self.subTest(view=view, width=width):
-                    self.assertLessEqual(self.browser.run("return document.documentElement.scrollWidth"), width)
-                    self.assertEqual(self.browser.run(AXE.read_text(encoding="utf-8") + SERIOUS), [])
+        self.assert_accessible_and_not_too_wide()
 
     def test_the_first_view_weighs_at_most_300_kb(self):
         go(self.browser, self.soakd, "de", "station", "return document.querySelectorAll('#start-choice option').length > 0")
@@ -109,18 +150,69 @@ class Runs(unittest.TestCase):
         self.assertLessEqual(sum(size for _, size in sizes), 300_000, sizes)
 
 
+@unittest.skipUnless(BROWSER and DRIVER, "skipped: chromium and chromedriver are not installed")
+class Units(Views):
+    @classmethod
+    def setUpClass(cls):
+        cls.begin(JudgedUnit(), unit_places)
+
+    def test_the_list_of_units(self):
+        self.assert_two_languages("units")
+
+    def test_a_unit_with_its_verdict_curves_and_jobs(self):
+        self.assert_two_languages("unit", "document.querySelector('#unit-warnings-rest').open = true")
+
+    def test_a_verdict_and_what_follows_from_it(self):
+        self.go("de", "unit")
+        self.browser.wait_for_text("#unit-verdict", "BESTANDEN")
+        self.browser.wait_for_text("#unit-verdict", "alle Sensoren liegen innerhalb ihrer Grenzwerte")
+        self.browser.wait_for_text("#unit-jobs", "Verifizierung gegen verification")
+
+    def test_every_warning_is_said_by_its_code(self):
+        codes = re.findall(r'Remedy\{"(\w+)"', (ROOT / "calib" / "judge" / "detail" / "report_words.cpp").read_text(encoding="utf-8"))
+        self.assertGreater(len(codes), 50)
+        self.go("de", "unit")
+        said = self.browser.run("""return import('/unit_words.mjs').then(({ U }) =>
+            arguments[0].map((code) => [code, U.warnings.name(code), U.warnings.remedy(code, 'in English')]));""", codes)
+        for code, name, remedy in said:
+            with self.subTest(code=code):
+                self.assertGreater(len(name), 3)
+                self.assertIsInstance(remedy, str, "no German remedy")
+                self.assertNotRegex(f"{name}. {remedy}", r"\b(the|of|and|is|are|with|from|by|this|that|again|runs?|fit|no|not)\b")
+
+    def test_a_warning_keeps_the_stations_own_words_and_a_code_that_is_not_known_all_of_them(self):
+        self.go("de", "unit")
+        unit = self.soakd.get("unit", unit=SERIAL)
+        lines = self.browser.run("return [...document.querySelectorAll('#unit-warnings li')].map((line) => [line.innerText, line.querySelector('[lang=en]').innerText])")
+        simulated = next(warning for warning in unit["warnings"] if warning["code"] == "simulated")
+        self.assertTrue(any("simulierte Daten" in text and own == simulated["text"] for text, own in lines), lines)
+        self.assertEqual(self.browser.run("return import('/unit_words.mjs').then(({ U }) => [U.warnings.name('of_tomorrow'), U.warnings.remedy('of_tomorrow', 'Do this.')])"),
+                         ["", {"english": "Do this."}])
+
+    def test_what_a_job_that_fails_says_is_marked_as_english(self):
+        self.go("de", "unit")
+        self.browser.run("document.querySelector('#unit-export').click()")  # of simulated data, which soak refuses
+        self.browser.wait_for_text("#unit-jobs li:first-child", "gescheitert")
+        self.assertRegex(self.browser.run("return document.querySelector('#unit-jobs li:first-child p[lang=en]').innerText"), "SIMULATED")
+
+    @unittest.skipUnless(AXE.exists(), "skipped: axe-core is not there; npm ci --ignore-scripts --prefix tests/web brings it")
+    def test_nothing_serious_is_found_and_nothing_is_wider_than_the_screen(self):
+        self.assert_accessible_and_not_too_wide()
+
+
 def take_pictures(folder):
     """Pictures of the German views for people to look at: test_language_views.py --pictures FOLDER."""
-    soakd, browser = StoredRuns(), Browser()
-    for scheme in ("light", "dark"):
-        browser.colours(scheme)
-        for view, (place, ready) in places(soakd).items():
-            go(browser, soakd, "de", place, ready)
-            for width in (1280, 390):
-                browser.resize(width, 900)
-                browser.screenshot(pathlib.Path(folder) / f"de-{view}-{width}-{scheme}.png")
+    browser = Browser()
+    for soakd, find_places in ((StoredRuns(), places), (JudgedUnit(), unit_places)):
+        for scheme in ("light", "dark"):
+            browser.colours(scheme)
+            for view, (place, ready) in find_places(soakd).items():
+                go(browser, soakd, "de", place, ready)
+                for width in (1280, 390):
+                    browser.resize(width, 900)
+                    browser.screenshot(pathlib.Path(folder) / f"de-{view}-{width}-{scheme}.png")
+        soakd.close()
     browser.close()
-    soakd.close()
 
 
 if __name__ == "__main__":

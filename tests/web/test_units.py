@@ -262,6 +262,7 @@ class Page(WithStation):
     def sign_in_the_browser(self):
         """A key of the station, and a calibration file with its signature, which soak finds good with the public key that the page gave."""
         self.click("#to-records")
+        self.browser.wait("return document.querySelector('#key-comment').offsetParent")
         self.browser.type("#key-comment", "Laboratory 1")
         self.click("#key-form button")
         self.see("#key-text", "Laboratory 1, key ")

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the documents of jobs mean in words. Nothing here touches the page.
+
+import { shortDuration } from "./format.mjs";
+import { G, gapVerdictOf } from "./gap_words.mjs";
+import { U, verdictOf } from "./unit_words.mjs";
+
+/** A text by its name in the interface; one that is not known is that name. */
+const known = (texts, name) => (Object.hasOwn(texts, name ?? "") ? texts[name] : name);
+
+export const verbOf = (kind) => known(U.jobs.verbs, kind);
+
+/**
+ * "Fitting SN1 since 12 s, by Eva"
+ * @param {import("./documents.mjs").Job} job
+ * @param {number} now_s
+ */
+export function runningText(job, now_s) {
+  const since = shortDuration(Math.max(0, Math.round(now_s - job.started_utc_s)));
+  return U.jobs.running(known(U.jobs.doing, job.kind), job.unit, since, job.user);
+}
+
+/** @param {import("./documents.mjs").Job} job */
+const detailOf = ({ kind, campaign, format, effects, sign, result }) => {
+  const made = result ? U.jobs.model(result.model) : "";
+  if (kind === "gap_accept") return `${U.jobs.ofEffects(effects.map(G.effect).join(", "))}${made}`;
+  if (kind === "verify") return U.jobs.against(campaign);
+  if (kind === "export") return `${U.jobs.as(known(U.formats, format))}${sign ? U.jobs.signed(result?.key_id) : ""}`;
+  return kind === "fit" ? made : "";
+};
+
+/**
+ * What a job that has ended did: {title, badge, text}; `text` is why not, or what came of it, in the station's words.
+ * @param {import("./documents.mjs").Job} job
+ */
+export function endedText(job) {
+  const title = `${known(U.jobs.nouns, job.kind)}${detailOf(job)}`;
+  if (job.state === "done") {
+    const verdict = job.result?.verdict;
+    const judged = job.kind === "gap_find" ? gapVerdictOf : verdictOf;
+    const shown = verdict === undefined ? { title: U.jobs.states.done, state: "finished" } : judged(verdict);
+    return { title, badge: { text: shown.title, state: shown.state }, text: job.result?.sentence ?? job.result?.reason ?? "" };
+  }
+  const state = job.state === "failed" ? "failed" : "waiting";
+  return { title, badge: { text: known(U.jobs.states, job.state), state }, text: job.message ?? "" };
+}
