@@ -17,7 +17,7 @@ function row(name, cells) {
 function cellsOf(sensor) {
   const { change, left, left_interval: interval, after_30_s_m: soon, after_60_s_m: later } = sensor;
   const metres = [soon.without, soon.with, later.without, later.with].map((value) => (value === null ? UNKNOWN : `${size(value, 2)} m`));
-  return [sensorText(sensor.sensor), `${size(change, 2)} ${unitText(sensor)}`, left === null ? UNKNOWN : `${size(left, 2)} ${unitText(sensor)} (${interval})`, ...metres];
+  return [sensorText(sensor.sensor), `${size(change, 2)} ${unitText(sensor)}`, left === null ? UNKNOWN : `${size(left, 2)} ${unitText(sensor)} (${U.impact.intervals[interval]})`, ...metres];
 }
 
 function table(sensors) {

@@ -34,7 +34,7 @@ export class RecordsView {
 
   async open() {
     this.#sayUnit();
-    $("reference-user").value ||= this.#operator();
+    if (this.#operator()) $("reference-user").value = this.#operator();
     await tell("records-failure", async () => this.#showReferences((await get("references")).references));
     await tell("records-failure", async () => this.#showTypes(await get("types")), { add: true });
     await this.#key.open();

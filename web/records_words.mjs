@@ -26,14 +26,14 @@ export function standingOf({ standing, days_left, waivers }) {
   return { ...known, text: `${known.text}: ${days_left} ${days_left === 1 ? "day" : "days"}` };
 }
 
-/** Decimals that an uncertainty has within its two digits, zeros at the end left out. */
-function decimalsOf(uncertainty) {
-  const decimals = Math.max(0, MOST_DIGITS - 1 - Math.floor(Math.log10(uncertainty)));
-  return uncertainty.toFixed(decimals).match(/\.(\d*[1-9])/)?.[1].length ?? 0;
+/** Decimals of a value that is known to two digits of its uncertainty; zeros at the end left out where both have them. */
+function decimalsOf(value, uncertainty) {
+  const most = Math.max(0, MOST_DIGITS - 1 - Math.floor(Math.log10(uncertainty)));
+  return Math.max(...[value, uncertainty].map((each) => each.toFixed(most).match(/\.(\d*[1-9])/)?.[1].length ?? 0));
 }
 
 /** "9.80665 m/s²": a value with as many decimals as its standard uncertainty, in the same unit, needs. */
-export const valueText = (value, uncertainty, unit) => (value === null ? UNKNOWN : `${number(value, decimalsOf(uncertainty))} ${unitText({ unit })}`);
+export const valueText = (value, uncertainty, unit) => (value === null ? UNKNOWN : `${number(value, decimalsOf(value, uncertainty))} ${unitText({ unit })}`);
 
 export function ratingText({ temp_min_c, temp_max_c }) {
   if (temp_min_c === null || temp_max_c === null) return "not stated";

@@ -2,7 +2,7 @@
 // A new campaign: what is chosen is checked while the form is filled in, then started, or put into the queue while another one runs.
 
 import { get, post, send } from "./api.mjs";
-import { $, element, say, show } from "./dom.mjs";
+import { $, element, say, show, tell } from "./dom.mjs";
 import { timeOfDay } from "./format.mjs";
 import { reviewLines, unknownUnits } from "./start_words.mjs";
 import { T } from "./text.mjs";
@@ -83,7 +83,7 @@ export class StartForm {
       this.#look ??= new SlotLook($("start-slots"));
       await this.#look.ask(this.#userName());
     } catch (error) {
-      this.#fail(error.message);
+      this.#fail([`${T.start.look}: `, { english: error.message }]);
     }
     say(button, T.start.look);
     button.disabled = false;
@@ -117,12 +117,13 @@ export class StartForm {
     try {
       take(await get(what));
     } catch (error) {
-      this.#fail(`${T.start.unknown[what]}: ${error.message}`);
+      this.#fail([`${T.start.unknown[what]}: `, { english: error.message }]);
     }
   }
 
-  #fail(text) {
-    say($("start-failure"), text);
+  /** @param {import("./dom.mjs").Part[]} parts */
+  #fail(parts) {
+    tell($("start-failure"), parts);
     show($("start-failure"), true);
   }
 
@@ -223,7 +224,7 @@ export class StartForm {
       await post("unit/add", { unit, type, user: this.#userName() });
       $("start-form").querySelector(`[data-slot]`)?.focus();
     } catch (error) {
-      this.#fail(error.message);
+      this.#fail([{ english: error.message }]);
     }
     this.#check();
   }
@@ -248,7 +249,7 @@ export class StartForm {
       this.#checks += 1; // an answer that is under way is about what has begun
       clearTimeout(this.#timer);
     } catch (error) {
-      this.#fail(error.message);
+      this.#fail([{ english: error.message }]);
       $("start-box").open = true;
     }
     for (const button of ["start-send", "start-queue"]) $(button).disabled = false;

@@ -298,7 +298,7 @@ export const text = {
     writes: (size) => `schreibt etwa ${size}`,
     free: (size) => `; ${size} sind frei`,
     refused: (message, place) => `Abgelehnt: ${message}${place}`,
-    toRecords: "Das neue Zertifikat eintragen oder das alte außer Dienst nehmen: Prüfmittel",
+    toRecords: "Das neue Zertifikat eintragen oder das alte ausmustern: Prüfmittel",
     holds: (slot, serial, type) => `Steckplatz ${slot}: ${serial}, Typ ${type}`,
     look: "Steckplätze abfragen",
     looking: "Wird abgefragt, einige Sekunden …",

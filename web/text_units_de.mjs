@@ -60,7 +60,7 @@ export const text = {
     changed: "So aufzeichnen, wie er jetzt ist, und neu anpassen: Nach diesem Modell wurde er repariert oder verändert.",
     withdrawn: "Neu anpassen: Daten dieses Modells wurden für ungültig erklärt.",
     verify: "Mit einem Lauf verifizieren, den die Anpassung nicht gesehen hat.",
-    recordFresh: "Mit einer Verifikationsprozedur einen Lauf aufzeichnen, den die Anpassung nicht gesehen hat, dann verifizieren.",
+    recordFresh: "Mit einem Prüfablauf zur Verifizierung einen Lauf aufzeichnen, den die Anpassung nicht gesehen hat, dann verifizieren.",
     newCampaign: "Neue Kampagne",
     how: "Wie?",
     fail: "Nicht ausliefern: Er überschreitet seine Grenzwerte. Der Bericht zeigt, wo.",
@@ -81,7 +81,7 @@ export const text = {
     signWith: (key) => `Mit Schlüssel ${key} signieren`,
     keyUnknown: "Signieren: ",
     simulated: "Obwohl die Daten SIMULIERT sind",
-    tickSimulated: "Ausgabe: Das Modell stammt aus SIMULIERTEN Daten. Erst „Obwohl die Daten SIMULIERT sind“ ankreuzen, wenn das so gewollt ist.",
+    tickSimulated: "Export: Das Modell stammt aus SIMULIERTEN Daten. Erst „Obwohl die Daten SIMULIERT sind“ ankreuzen, wenn das so gewollt ist.",
     cancel: "Abbrechen",
     ended: "Beendete Aufträge, der neueste zuerst",
     none: "Zu diesem Prüfling ist kein Auftrag aufbewahrt.",
@@ -101,7 +101,7 @@ export const text = {
       gap_accept: "Neue Anpassung mit den angenommenen Effekten", gap_show: "Vergleich von vorher und nachher",
     },
     nouns: {
-      fit: "Anpassung", verify: "Verifizierung", report: "Bericht", export: "Ausgabe", gap_find: "Suche nach Lücken", gap_accept: "Angenommen", gap_show: "Vorher und nachher",
+      fit: "Anpassung", verify: "Verifizierung", report: "Bericht", export: "Export", gap_find: "Suche nach Lücken", gap_accept: "Angenommen", gap_show: "Vorher und nachher",
     },
   },
   formats: {
@@ -143,6 +143,7 @@ export const text = {
     notKnown: "Nicht bekannt: Die Sensoren wurden nicht bei zwei gemeinsamen Temperaturen kalibriert.",
     heads: ["Messachse", "Nullpunkt ändert sich um", "Bleibt (95 %)", "30 s, ohne", "30 s, mit", "60 s, ohne", "60 s, mit"],
     bySensor: "Positionsfehler je Sensor",
+    intervals: { pi95: "ein neues Einschalten", ci95: "nur die mittlere Kurve: kann viel zu klein sein" },
     about: (from, to) => `Positionsfehler allein durch den Nullpunktfehler jedes Sensors, ohne Satellitennavigation, von ${from} °C beim Einschalten bis ${to} °C; der Nullpunktfehler beim
       Einschalten ist bekannt, die Achse des Sensors liegt waagrecht.`,
     drives: "Fahrten mit einem Navigationsfilter werden hier nicht simuliert, das dauert Sekunden:",

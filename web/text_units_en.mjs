@@ -136,6 +136,7 @@ export const text = {
     notKnown: "Not known: the sensors were not calibrated at two common temperatures.",
     heads: ["Sensor", "Bias changes by", "Left (95 %)", "30 s, without", "30 s, with", "60 s, without", "60 s, with"],
     bySensor: "Position errors by sensor",
+    intervals: { pi95: "a fresh power-on", ci95: "mean curve alone: may be far too small" },
     about: (from, to) => `Position error from each sensor's bias alone without satellite navigation, from ${from} °C at power-on to ${to} °C; the bias at power-on is known, the sensor's axis lies horizontally.`,
     drives: "Drives with a navigation filter are not simulated here, as that takes seconds:",
   },

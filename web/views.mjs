@@ -26,6 +26,7 @@ export function connectViews(views) {
       if (other.id === `to-${link}`) other.setAttribute("aria-current", "page");
       else other.removeAttribute("aria-current");
     }
+    show($("view-failure"), false);
     if (event) scrollTo(0, 0);
     const place = location.hash;
     const focused = document.activeElement;
@@ -33,7 +34,7 @@ export function connectViews(views) {
       console.warn(`${name}:`, error.message);
       return false;
     });
-    if (place === location.hash) show($("view-failure"), !isOpen);
+    if (!isOpen && place === location.hash) show($("view-failure"), true);
     if (!event || place !== location.hash) return;
     // A view may have gone to one of its headings itself.
     if (document.activeElement !== focused && $(`${name}-view`).contains(document.activeElement)) return;

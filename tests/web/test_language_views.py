@@ -191,7 +191,11 @@ class Units(Views):
 
     def test_what_a_job_that_fails_says_is_marked_as_english(self):
         self.go("de", "unit")
-        self.browser.run("document.querySelector('#unit-export').click()")  # of simulated data, which soak refuses
+        self.browser.run("document.querySelector('#unit-export').click()")
+        self.browser.wait_for_text("#job-failure", "SIMULIERTEN")
+        self.browser.run("""return fetch('/api/v1/jobs', {method: 'POST', headers: {'Content-Type': 'application/json'},
+            body: JSON.stringify({kind: 'export', unit: arguments[0], format: 'blob', user: 'Eva'})}).then(({ok}) => ok);""", SERIAL)  # which soak refuses
+        self.go("de", "unit")
         self.browser.wait_for_text("#unit-jobs li:first-child", "gescheitert")
         self.assertRegex(self.browser.run("return document.querySelector('#unit-jobs li:first-child p[lang=en]').innerText"), "SIMULATED")
 

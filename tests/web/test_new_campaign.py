@@ -283,6 +283,8 @@ class OnThePage(WithLaboratory):
         self.fill_gravity(correction="9.80665")
         self.browser.wait_for_text("#references", "9.80665 m/s²")
         self.browser.wait_for_text("#references", "0.00005 m/s²")  # JCGM 100:2008, 6.2.1: u = U / k
+        self.fill_gravity(name="h", correction="9.80735", uncertainty="0.0002")  # two digits of u: JCGM 100:2008, 7.2.6
+        self.browser.wait_for_text("#references", "9.80735 m/s²")
 
     def test_the_field_that_a_refusal_names_is_marked_and_has_the_focus(self):
         self.open_records()
