@@ -20,7 +20,7 @@ export const WARNINGS = {
   irregular_sampling: ["ungleiche Abtastung", "Den Takt der Aufzeichnung prüfen; Standardunsicherheiten setzen gleiche Abstände voraus."],
   coarse_thermometer: ["grobes Thermometer", "Ein Thermometer mit feineren Stufen aufzeichnen, falls der Prüfling eines hat."],
   // of the fit
-  runs_left_since: ["Läufe sind weggefallen", "Prüfen, ob der Effekt auch ohne sie gefunden wird: neu nach Lücken suchen."],
+  runs_left_since: ["Läufe sind weggefallen", "Prüfen, ob der Effekt auch ohne sie gefunden wird: soak gap find."],
   copied_runs: ["mehrfach vorhandene Läufe", "Nichts zu tun, sie zählen einmal; wer die Kopien loswerden will: soak runs void."],
   unit_type_unknown: ["Typ des Prüflings unbekannt", "Die Datei des Typs in procedures/units anlegen, dann neu anpassen."],
   term_not_evaluated: ["angenommener Effekt nicht abgezogen", "Die Spalte aufzeichnen, die der Effekt braucht, oder ihn zurückziehen: soak gap withdraw."],

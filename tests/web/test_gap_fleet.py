@@ -388,7 +388,7 @@ class Page(WithStation):
         self.go("events", "return document.querySelector('#audit tbody tr')")
         effects = [{"name": "sensor_lag", "next_experiment": "a slower ramp", "confusable_with": ["moisture"]}]
         for carried, accepts in (([], False), (["sensor_lag"], True)):
-            said = self.browser.run("""const given = arguments; return import('/gap_words.mjs').then((words) => [words.acceptsNext(...given), words.gapNextOf(...given)])""",
+            said = self.browser.run("""const given = arguments; return import('/gap_words.mjs').then((words) => [words.acceptsNext(...given), words.gapNextOf(...given).map((part) => part.english ?? part).join("")])""",
                                     {"verdict": "named", "effects": effects}, carried)
             self.assertEqual(said[0], accepts)
             self.assertEqual("Before you accept" in said[1], not accepts)

@@ -169,15 +169,20 @@ class Units(Views):
         self.browser.wait_for_text("#unit-jobs", "Verifizierung gegen verification")
 
     def test_every_warning_is_said_by_its_code(self):
-        codes = re.findall(r'Remedy\{"(\w+)"', (ROOT / "calib" / "judge" / "detail" / "report_words.cpp").read_text(encoding="utf-8"))
-        self.assertGreater(len(codes), 50)
+        source = (ROOT / "calib" / "judge" / "detail" / "report_words.cpp").read_text(encoding="utf-8")
+        remedies = {code: "".join(re.findall(r'"((?:[^"\\]|\\.)*)"', text)) for code, text in re.findall(r'Remedy\{"(\w+)",(.*?)\}', source, re.S)}
+        self.assertGreater(len(remedies), 50)
         self.go("de", "unit")
         said = self.browser.run("""return import('/unit_words.mjs').then(({ U }) =>
-            arguments[0].map((code) => [code, U.warnings.name(code), U.warnings.remedy(code, 'in English')]));""", codes)
+            arguments[0].map((code) => [code, U.warnings.name(code), U.warnings.remedy(code, 'in English')]));""", list(remedies))
         for code, name, remedy in said:
             with self.subTest(code=code):
                 self.assertGreater(len(name), 3)
                 self.assertIsInstance(remedy, str, "no German remedy")
+                commands = re.findall(r"soak [a-z]+(?: [a-z]+)?(?=[.,;:)]|$)|[a-z]+(?:-[a-z]+){2,}", remedies[code])
+                for command in commands:
+                    self.assertIn(command, remedy)
+                    remedy = remedy.replace(command, "")
                 self.assertNotRegex(f"{name}. {remedy}", r"\b(the|of|and|is|are|with|from|by|this|that|again|runs?|fit|no|not)\b")
 
     def test_a_warning_keeps_the_stations_own_words_and_a_code_that_is_not_known_all_of_them(self):
