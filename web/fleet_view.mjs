@@ -3,9 +3,9 @@
 
 import { Axis } from "./axes.mjs";
 import { get } from "./api.mjs";
-import { $, element, say, show } from "./dom.mjs";
+import { $, element, english, say, show } from "./dom.mjs";
 import { BELOW, draw, Panel, TOP } from "./figure.mjs";
-import { CURVES, driftText, findingsOf, outlierText, ruleText, shownUnit, summaryOf, yieldOf } from "./fleet_words.mjs";
+import { CURVES, driftText, F, findingsOf, outlierText, ruleText, shownUnit, summaryOf, yieldOf } from "./fleet_words.mjs";
 import { badge } from "./runs_view.mjs";
 import { unitAddress } from "./units_view.mjs";
 import { sensorText, verdictOf } from "./unit_words.mjs";
@@ -26,7 +26,7 @@ export class FleetView {
   constructor() {
     $("fleet-type").addEventListener("change", () => { location.hash = fleetAddress($("fleet-type").value); });
     $("fleet-marked").addEventListener("change", () => this.#renderUnits());
-    for (const curve of Object.keys(CURVES)) $(`fleet-${curve}`).addEventListener("change", () => this.#renderCurves());
+    for (const curve of CURVES) $(`fleet-${curve}`).addEventListener("change", () => this.#renderCurves());
   }
 
   async open(parameters) {
@@ -42,7 +42,7 @@ export class FleetView {
       this.#offer(types);
       const type = this.#asked;
       if (type === "") return;
-      say($("fleet-nothing"), "Reading the models…");
+      say($("fleet-nothing"), F.reading);
       const fleet = await get(`fleet?${new URLSearchParams({ type })}`);
       if (mine === this.#opened) this.#take(fleet);
     } catch (error) {
@@ -62,7 +62,7 @@ export class FleetView {
     $("fleet-type").replaceChildren(...types.map((type) => Object.assign(element("option", type), { value: type })));
     $("fleet-type").value = this.#asked;
     $("fleet-type").disabled = types.length === 0;
-    if (types.length === 0) say($("fleet-nothing"), "No unit is known yet: record or import a run.");
+    if (types.length === 0) say($("fleet-nothing"), F.noUnits);
   }
 
   #take(fleet) {
@@ -70,7 +70,7 @@ export class FleetView {
     this.#findings = findingsOf(fleet);
     for (const part of PARTS) show($(part), true);
     const left = fleet.not_listed;
-    say($("fleet-nothing"), left > 0 ? `The last ${fleet.units.length} by serial number; ${left} more are not compared.` : "");
+    say($("fleet-nothing"), left > 0 ? F.notListed(fleet.units.length, left) : "");
     $("fleet-yield").replaceChildren(...yieldOf(fleet).map(([name, value]) => {
       const box = element("div", "");
       box.append(element("dt", name), element("dd", value));
@@ -109,7 +109,7 @@ export class FleetView {
     };
     const lines = (texts) => texts.map((text) => element("p", text));
     const why = whyNotJudged(unit);
-    row.append(cell(link), cell(badge({ text: title, state }), ...(why === null ? [] : [Object.assign(element("p", why), { className: "why" })])),
+    row.append(cell(link), cell(badge({ text: title, state }), ...(why === null ? [] : [whyLine(why)])),
       cell(...lines(outliers.map(outlierText))), cell(...lines(drifts.map(driftText))));
     return row;
   }
@@ -118,14 +118,21 @@ export class FleetView {
     const curve = $("fleet-scale").checked ? "scale" : "bias";
     const drawn = Object.entries(this.#fleet.sensors).filter(([, sensor]) => sensor[curve] !== null);
     $("fleet-sensors").replaceChildren(...drawn.map(([name, sensor]) => sensorCard(name, sensor, curve)));
-    if (drawn.length === 0) $("fleet-sensors").replaceChildren(element("p", "No model of this type states such a curve."));
+    if (drawn.length === 0) $("fleet-sensors").replaceChildren(element("p", F.curves.none));
   }
 }
 
+function whyLine(why) {
+  const line = Object.assign(element("p", ""), { className: "why" });
+  line.append(why);
+  return line;
+}
+
+/** In the page's words, or the station's in an element; null where the newest model is judged. */
 function whyNotJudged({ trouble, model, epoch }) {
-  if (trouble !== null) return trouble;
-  if (model === null) return "no model yet";
-  return model.epoch === epoch ? null : "repaired or changed since its model";
+  if (trouble !== null) return english(trouble);
+  if (model === null) return F.list.noModel;
+  return model.epoch === epoch ? null : F.list.changed;
 }
 
 /** [temperature, value] where there is one. */
@@ -153,21 +160,20 @@ function sensorCard(name, sensor, curve) {
   const figure = element("figure", "");
   const apart = lines.filter(({ outlier }) => outlier);
   const caption = element("figcaption", "");
-  const told = apart.length === 0 ? "none stands out" : `${apart.map(({ serial }) => serial).join(", ")} ${apart.length === 1 ? "stands" : "stand"} out`;
-  caption.append(element("b", `${CURVES[curve]} of ${sensorText(name)}`), element("span", `${units.length} units; ${told}`));
+  caption.append(element("b", F.curves.label(F.curves.names[curve], sensorText(name))), element("span", F.curves.about(units.length, apart.map(({ serial }) => serial))));
   figure.append(caption);
   const values = lines.flatMap(({ points }) => points.map(([, value]) => value));
   const room = temps_c.length > 1 ? 0 : 1;
   const panel = new Panel(TOP, HEIGHT - BELOW, new Axis(temps_c[0] - room, temps_c.at(-1) + room), axisOf([...values, ...band.flatMap(([, low, high]) => [low, high])]),
-    "temperature of the unit, °C", `${CURVES[curve].toLowerCase()}, ${unit}`);
+    F.curves.axes.temp, F.curves.axes[curve](unit));
   panel.band(band, "pi95");
   for (const { points } of lines.filter(({ outlier }) => !outlier)) drawLine(panel, points, "each");
   for (const [i, { points }] of apart.entries()) drawLine(panel, points, `apart ${COLOURS[i % COLOURS.length]}`);
   drawLine(panel, middle, "curve");
-  const legend = [["line curve", "median"], ...(band.length > 0 ? [["band pi95", "one spread either way"]] : []),
-    ["line each", units.length > lines.length ? `${lines.length} of ${units.length} units` : "each unit"],
+  const legend = [["line curve", F.curves.median], ...(band.length > 0 ? [["band pi95", F.curves.spread]] : []),
+    ["line each", units.length > lines.length ? F.curves.some(lines.length, units.length) : F.curves.each],
     ...apart.slice(0, COLOURS.length).map(({ serial }, i) => [`line ${COLOURS[i]}`, serial])];
-  if (apart.length > COLOURS.length) legend.push(["none", `and ${apart.length - COLOURS.length} more that stand out`]);
+  if (apart.length > COLOURS.length) legend.push(["none", F.curves.more(apart.length - COLOURS.length)]);
   draw(figure, HEIGHT, [panel], legend);
   caption.firstElementChild.remove(); // the card's title says it
   card.append(title, figure);

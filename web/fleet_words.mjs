@@ -1,29 +1,31 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the comparison of a type's units means in words. Nothing here touches the page.
 
-import { number, significant, UNKNOWN } from "./format.mjs";
-import { sensorText } from "./unit_words.mjs";
+import { number, significant, UNKNOWN, written } from "./format.mjs";
+import { textsOf } from "./text.mjs";
+import { sensorText, verdictOf } from "./unit_words.mjs";
+
+/** @type {typeof import("./text_fleet_en.mjs").text} */
+export const F = await textsOf("fleet");
 
 const JUDGED = ["pass", "marginal", "fail"];
 /** In which unit a curve of a sensor is drawn, and what of the document that takes. */
 const SCALE = { unit: "ppm", factor: 1 };
 const BIAS = { "deg/s": { unit: "m°/s", factor: 1000 }, "m/s2": { unit: "mm/s²", factor: 1000 } };
 
-export const CURVES = { bias: "Bias", scale: "Scale error" };
+export const CURVES = ["bias", "scale"];
 export const shownUnit = (sensor, curve) => (curve === "scale" ? SCALE : BIAS[sensor.unit]);
 
 /** [name, value] of how many units passed. */
 export function yieldOf({ units }) {
   const count = (verdict) => units.filter((unit) => unit.verdict === verdict).length;
-  const [pass, marginal, fail] = JUDGED.map(count);
-  const judged = pass + marginal + fail;
+  const counts = JUDGED.map(count);
+  const judged = counts.reduce((sum, one) => sum + one);
   return [
-    ["Units", String(units.length)],
-    ["PASS", String(pass)],
-    ["MARGINAL", String(marginal)],
-    ["FAIL", String(fail)],
-    ["Not judged", String(units.length - judged)],
-    ["Yield, of those judged", judged === 0 ? UNKNOWN : `${Math.round((100 * pass) / judged)} %`],
+    [F.yield.units, String(units.length)],
+    ...JUDGED.map((verdict, i) => [verdictOf(verdict).title, String(counts[i])]),
+    [F.yield.notJudged, String(units.length - judged)],
+    [F.yield.ofJudged, judged === 0 ? UNKNOWN : `${Math.round((100 * count("pass")) / judged)} %`],
   ];
 }
 
@@ -31,7 +33,7 @@ export function yieldOf({ units }) {
 export function findingsOf({ sensors }) {
   const found = new Map();
   for (const [name, sensor] of Object.entries(sensors)) {
-    for (const curve of Object.keys(CURVES)) {
+    for (const curve of CURVES) {
       for (const unit of sensor[curve]?.units ?? []) {
         if (!found.has(unit.unit)) found.set(unit.unit, { outliers: [], drifts: [] });
         const of = found.get(unit.unit);
@@ -48,15 +50,15 @@ export function findingsOf({ sensors }) {
   return found;
 }
 
-const curveName = ({ name, curve }) => `${CURVES[curve].toLowerCase()} of ${sensorText(name)}`;
+const curveName = ({ name, curve }) => F.curves.of[curve](sensorText(name));
 
 /** "bias of gyro x: 5.1 spreads, most at 40 °C" */
-export const outlierText = (outlier) => `${curveName(outlier)}: ${number(outlier.distance, 1)} spreads, most at ${number(outlier.farthest_c, 0)} °C`;
+export const outlierText = (outlier) => F.outlier(curveName(outlier), number(outlier.distance, 1), number(outlier.farthest_c, 0));
 
 /** "bias of gyro x: +12 m°/s at 40 °C, band ±4" */
 export function driftText(drift) {
   const [change, band] = [drift.change, drift.band].map((value) => significant(drift.unit.factor * value, 2));
-  return `${curveName(drift)}: ${drift.change > 0 ? "+" : ""}${change} ${drift.unit.unit} at ${number(drift.temp_c, 0)} °C, band ±${band}`;
+  return F.drift(curveName(drift), `${drift.change > 0 ? "+" : ""}${change} ${drift.unit.unit}`, number(drift.temp_c, 0), band);
 }
 
 /** What is to be looked at, in a sentence. */
@@ -65,16 +67,9 @@ export function summaryOf(fleet, findings) {
   const apart = all.filter(({ outliers }) => outliers.length > 0).length;
   const moved = all.filter(({ drifts }) => drifts.length > 0).length;
   const fitted = fleet.units.filter(({ model }) => model !== null).length;
-  if (fitted === 0) return "No unit of this type has a model yet: fit one.";
-  const few = fitted < fleet.rule.fewest_units ? ` With fewer than ${fleet.rule.fewest_units} models none is marked as an outlier.` : "";
-  const units = (n, one, more) => (n === 0 ? `no unit ${one}` : n === 1 ? `1 unit ${one}` : `${n} units ${more}`);
-  const text = `${units(apart, "stands", "stand")} out from the others; ${units(moved, "has", "have")} moved since the model before.${few}`;
-  return text[0].toUpperCase() + text.slice(1);
+  if (fitted === 0) return F.noModels;
+  return F.summary(apart, moved) + (fitted < fleet.rule.fewest_units ? F.few(fleet.rule.fewest_units) : "");
 }
 
 /** How a unit comes to be marked. */
-export const ruleText = ({ rule }) =>
-  `A unit is marked where its curve is more than ${rule.outlier_distance} spreads from the median curve (root mean square over the temperatures, every 5 °C). The spread is the standard deviation ` +
-  "of the fleet, from the median of the deviations so that a few odd units do not widen it, and never less than what the curves are uncertain by. Of units that differ by chance alone, about 1 in 100 is marked in a fleet of " +
-  `${rule.fewest_units}, fewer in a larger one. Moved means: the newest model differs from the one before, somewhere, by more than the root of the sum of squares of both 95 % bands, widened so that all curves and temperatures ` +
-  "of a unit together say so by chance in at most 5 of 100 units. Models of one run are left out, as they do not tell how a unit differs from power-on to power-on.";
+export const ruleText = ({ rule }) => F.rule(written(String(rule.outlier_distance)), rule.fewest_units);

@@ -374,6 +374,15 @@ class Page(WithStation):
         self.see("#fleet-summary", "With fewer than 20 models none is marked")
         self.assertEqual(self.browser.console(), [])
 
+    def test_an_odd_unit_of_a_fleet_is_told_in_german(self):
+        self.browser.go(self.soakd.url)
+        self.browser.run("localStorage.setItem('soak-language', 'de')")
+        self.addCleanup(self.browser.run, "localStorage.removeItem('soak-language')")
+        self.go("fleet=mti-300", "return document.querySelectorAll('#fleet-sensors .sensor').length === 6")
+        self.see("#fleet-summary", "1 Prüfling weicht von den anderen ab; keiner hat sich seit dem Modell davor verschoben.")
+        self.assertRegex(self.browser.text("#fleet-units tbody tr:first-child"), r"Nullpunktfehler, Drehrate x: \d+,\d Streuungen, am weitesten bei −?\d+ °C")
+        self.see("[aria-labelledby=fleet-of-gyro_y] .legend", "jeder Prüfling")
+
     def test_what_is_carried_is_not_accepted_again(self):
         self.go("events", "return document.querySelector('#audit tbody tr')")
         effects = [{"name": name, "next_experiment": None, "confusable_with": []} for name in ("sensor_lag", "cross_axis")]

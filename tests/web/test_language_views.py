@@ -41,6 +41,7 @@ def go(browser, soakd, language, place, ready):
 def unit_places(_):
     name = urllib.parse.urlencode({"unit": SERIAL})
     return {"units": ("units", "return document.querySelector('#units-list tbody tr')"),
+            "fleet": ("fleet=generic", "return document.querySelectorAll('#fleet-sensors svg').length === 6"),
             "unit": (name, "return document.querySelectorAll('#unit-sensors .sensor').length === 6 && document.querySelector('#unit-impact h2') && "
                            "document.querySelector('#unit-jobs').ariaBusy === 'false'")}
 
@@ -161,6 +162,11 @@ class Units(Views):
 
     def test_a_unit_with_its_verdict_curves_and_jobs(self):
         self.assert_two_languages("unit", "document.querySelector('#unit-warnings-rest').open = true")
+
+    def test_a_fleet(self):
+        for curve in ("bias", "scale"):
+            with self.subTest(curve=curve):
+                self.assert_two_languages("fleet", f"document.querySelector('#fleet-{curve}').click()")
 
     def test_a_verdict_and_what_follows_from_it(self):
         self.go("de", "unit")
