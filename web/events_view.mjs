@@ -2,8 +2,12 @@
 // The event log, newest first, by kind, subject, user and time; and whether it is as it was written.
 
 import { get } from "./api.mjs";
-import { $, element, say, show } from "./dom.mjs";
+import { $, element, english, say, show, tell } from "./dom.mjs";
 import { clock, count } from "./format.mjs";
+import { textsOf } from "./text.mjs";
+
+/** @type {typeof import("./text_events_en.mjs").text} */
+const E = await textsOf("events");
 
 /** Where the event log about a unit, a run or a campaign is. */
 const eventsAddress = (asked) => `#${new URLSearchParams({ events: "", ...asked })}`;
@@ -37,7 +41,7 @@ export class EventsView {
   }
 
   #addKind(kind) {
-    $("audit-kind").append(Object.assign(element("option", kind), { value: kind }));
+    $("audit-kind").append(Object.assign(element("option", kind), { value: kind, lang: "en" }));
   }
 
   #question() {
@@ -60,7 +64,7 @@ export class EventsView {
     for (const kind of page.kinds) if (!known.has(kind)) this.#addKind(kind);
     $("audit").tBodies[0].replaceChildren(...page.events.map(eventRow));
     show($("audit"), page.events.length > 0);
-    say($("audit-nothing"), page.events.length === 0 ? "No event is like that." : "");
+    say($("audit-nothing"), page.events.length === 0 ? E.none : "");
   }
 
   async #older() {
@@ -99,15 +103,15 @@ export class EventsView {
     const result = $("chain-result");
     $("chain-check").disabled = true;
     result.dataset.state = "";
-    say(result, "Reading the whole log…");
+    say(result, E.chain.reading);
     show(result, true);
     try {
       const { ok, events, chain_sha256: end, problem, where } = await get("audit/check");
       result.dataset.state = ok ? "finished" : "failed";
-      say(result, ok ? `${count(events)} events, none changed or missing. End of the chain: ${end ?? "none"}` : `${where}: ${problem}`);
+      tell(result, [ok ? E.chain.whole(count(events), end) : { english: `${where}: ${problem}` }]);
     } catch (error) {
       result.dataset.state = "waiting";
-      say(result, `Not checked: ${error.message}`);
+      tell(result, [E.chain.notChecked, { english: error.message }]);
     }
     $("chain-check").disabled = false;
   }
@@ -117,7 +121,12 @@ function eventRow({ utc_s, kind, subject, user, text }) {
   const row = element("tr", "");
   const time = element("td", "");
   time.append(Object.assign(element("time", clock(utc_s)), { dateTime: new Date(utc_s * 1000).toISOString() }));
-  row.append(time, ...[kind, subject, user ?? "not recorded", text].map((value) => element("td", value)));
+  const own = (words) => {
+    const cell = element("td", "");
+    cell.append(english(words));
+    return cell;
+  };
+  row.append(time, own(kind), element("td", subject), element("td", user ?? E.notRecorded), own(text));
   // On a narrow screen the style sheet makes blocks of them, which are no row and cells by themselves.
   row.role = "row";
   for (const cell of row.cells) cell.role = "cell";

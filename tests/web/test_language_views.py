@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The views of what is stored, in German before a real `soakd` ($SOAK_BIN_FOLDER): no text is left in English that is not marked as such, and
 the English page has no German."""
+import getpass
 import pathlib
 import re
 import shutil
@@ -15,7 +16,7 @@ from test_language import ROOT, SHOWN
 from test_units import HOSTILE as UNIT_NAMES, OTHER, SERIAL, UnitStation, stored_units
 
 # Words that both languages write alike; names and numbers of the stored runs are nobody's language.
-SAME = {"Soak", "Station", "English", "Deutsch", "Plateau", "SN1", "import", HOSTILE, "spring", "paused", "generic", "Export", "Eva", SERIAL, OTHER, *UNIT_NAMES}
+SAME = {getpass.getuser(), "Soak", "Station", "English", "Deutsch", "Plateau", "SN1", "import", HOSTILE, "spring", "paused", "generic", "Export", "Eva", SERIAL, OTHER, *UNIT_NAMES}
 DATA = re.compile(r"(import )?R0\d(\.csv)?|[✕△– ]*[+−][XYZ]|[0-9a-f]{8}-[0-9a-f-]+|[^A-Za-z]*(°C|h|m|min|s|Hz|m/s²|Eva)?[^A-Za-z]*|\d+ (h|min) \d+ (min|s)|Soak \d\S*")
 GERMAN = re.compile(r"[äöüß]|\b(der|die|das|und|nicht|kein|Lauf|von|Prüfling|ungültig|\d+,\d+ (?:Hz|°C|h|m))\b")
 
@@ -41,6 +42,7 @@ def go(browser, soakd, language, place, ready):
 def unit_places(_):
     name = urllib.parse.urlencode({"unit": SERIAL})
     return {"units": ("units", "return document.querySelector('#units-list tbody tr')"),
+            "events": ("events", "return document.querySelector('#audit tbody tr')"),
             "fleet": ("fleet=generic", "return document.querySelectorAll('#fleet-sensors svg').length === 6"),
             "unit": (name, "return document.querySelectorAll('#unit-sensors .sensor').length === 6 && document.querySelector('#unit-impact h2') && "
                            "document.querySelector('#unit-jobs').ariaBusy === 'false'")}
@@ -167,6 +169,18 @@ class Units(Views):
         for curve in ("bias", "scale"):
             with self.subTest(curve=curve):
                 self.assert_two_languages("fleet", f"document.querySelector('#fleet-{curve}').click()")
+
+    def test_the_event_log(self):
+        self.assert_two_languages("events")
+
+    def test_events_and_what_the_check_of_their_chain_finds(self):
+        self.go("de", "events")
+        newest = self.soakd.get("audit")["events"][0]
+        said = self.browser.run("return [...document.querySelectorAll('#audit tbody tr:first-child [lang=en]')].map((node) => node.textContent)")
+        self.assertEqual(said, [newest["kind"], newest["text"]])
+        self.browser.click("#chain-check")
+        count = len(self.soakd.soak_json("events", "list")["events"])
+        self.browser.wait_for_text("#chain-result", f"Ereignisse: {count}, keines verändert oder entfernt. Ende der Kette: ")
 
     def test_a_verdict_and_what_follows_from_it(self):
         self.go("de", "unit")
