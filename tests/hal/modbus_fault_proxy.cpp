@@ -15,6 +15,8 @@ namespace soak::hal::test {
 namespace {
 
 constexpr std::size_t kMbap = 7;
+constexpr int kWait_ms = 20;
+constexpr int kMostWaits = 100;
 
 sockaddr_in local(int port) {
   sockaddr_in address{};
@@ -22,12 +24,6 @@ sockaddr_in local(int port) {
   address.sin_port = htons(static_cast<std::uint16_t>(port));
   address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
   return address;
-}
-
-bool receive(int from, std::vector<std::uint8_t>& frame, std::size_t count) {
-  const std::size_t old = frame.size();
-  frame.resize(old + count);
-  return ::recv(from, frame.data() + old, count, MSG_WAITALL) == static_cast<ssize_t>(count);
 }
 
 bool send_all(int to, const std::vector<std::uint8_t>& frame) {
@@ -110,6 +106,23 @@ void FaultProxy::serve(int client) {
     }
   }
   ::close(server);
+}
+
+bool FaultProxy::receive(int from, Frame& frame, std::size_t count) const {
+  std::size_t got = frame.size();
+  frame.resize(got + count);
+  // A server that was disturbed may never answer: the connection then ends, and so may the proxy.
+  for (int waits = 0; got < frame.size() && waits < kMostWaits && !stop_;) {
+    pollfd waiting{from, POLLIN, 0};
+    if (::poll(&waiting, 1, kWait_ms) != 1) {
+      ++waits;
+      continue;
+    }
+    const ssize_t now = ::recv(from, frame.data() + got, frame.size() - got, 0);
+    if (now <= 0) return false;
+    got += static_cast<std::size_t>(now);
+  }
+  return got == frame.size();
 }
 
 FaultProxy::Frame FaultProxy::receive_frame(int from, bool request) const {

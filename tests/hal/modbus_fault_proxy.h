@@ -49,6 +49,8 @@ class FaultProxy {
   [[nodiscard]] bool relay(int client, int server);
   /// False if the connection shall end.
   [[nodiscard]] bool answer(int client, Fault fault, const Frame& frame);
+  /// Appends bytes; false if not all have come.
+  [[nodiscard]] bool receive(int from, Frame& frame, std::size_t count) const;
   [[nodiscard]] Frame receive_frame(int from, bool request) const;
   [[nodiscard]] Frame spoiled(Fault fault, Frame frame);
   [[nodiscard]] Fault next_fault();
