@@ -178,7 +178,7 @@ class Report(test_fit.FittedTest):
                 for bias, error in ((shown["change"], metres["without"]), (shown["left"], metres["with"])):
                     of_gyro = math.radians(bias) * 9.80665 * seconds ** 3 / 6
                     self.assertAlmostEqual(error, of_gyro if shown["unit"] == "deg/s" else bias * seconds ** 2 / 2, delta=1e-9 + 1e-6 * error)
-            self.assertEqual(rows[shown["sensor"]][4:], [shown[f"after_{s}_s_m"][which] for s in (30, 60) for which in ("without", "with")])
+            self.assertEqual(rows[shown["sensor"]][4:], [shown["left_interval"]] + [shown[f"after_{s}_s_m"][which] for s in (30, 60) for which in ("without", "with")])
         self.assertIn(f"soak nav impact --unit {SERIAL}", page.text)
 
     def test_residuals_are_those_of_the_file_that_is_deployed(self):
