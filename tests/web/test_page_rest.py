@@ -72,7 +72,7 @@ class AtRest(StationTest):
             procedure.flush()
             self.browser.type("#start-procedure", procedure.name)
             self.browser.type("#start-name", "2026-11")
-            self.browser.type("#start-slots label:nth-child(2) input", "SN0077")
+            self.browser.type("#start-slots > :nth-child(2) input", "SN0077")
             self.browser.press("Enter")  # as a scanner ends a serial number
             self.assertEqual(self.browser.run("return document.activeElement.id"), "start-send")
             self.assertEqual(self.station.commands(), [])
@@ -105,7 +105,7 @@ class AtRest(StationTest):
         self.browser.wait("return !document.querySelector('#start-box').open")
         self.browser.click("#start-box summary")
         file = self.fill_form("check-2")
-        self.browser.type("#start-slots label:nth-child(2) input", "SN0077")
+        self.browser.type("#start-slots > :nth-child(2) input", "SN0077")
         self.browser.press("Enter")
         self.assertEqual(self.browser.run("return document.activeElement.id"), "start-queue")
         self.browser.press("Enter")
