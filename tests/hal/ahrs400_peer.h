@@ -77,7 +77,7 @@ class Ahrs400Unit {
         continuous = false;
         return {'H'};
       case 'S': {
-        const Bytes number = u32(serial);
+        Bytes number = u32(serial);
         if (bare_serial) return number;
         const unsigned sum = number[0] + number[1] + number[2] + number[3];
         return Bytes{0xFF} + number + Bytes{static_cast<std::uint8_t>(sum % 256)};
