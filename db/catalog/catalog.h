@@ -84,8 +84,9 @@ struct RunRow {
   calib::Site site;
   std::uint64_t rows = 0;
   double duration_s = 0.0;
-  std::string cut_short = {};  ///< why it ended before its last visit; empty = it has all of them
-  std::string continues = {};  ///< run id of the run that was cut short and goes on here; empty = none
+  std::string cut_short = {};       ///< why it ended before its last visit; empty = it has all of them
+  std::string continues = {};       ///< run id of the run that was cut short and goes on here; empty = none
+  std::string numbers_sha256 = {};  ///< of all that the catalog holds of it but voids and drops; not read by add_run()
   std::optional<SampleDrop> samples_dropped = {};  ///< the last drop, where the file is gone; not read by add_run()
 };
 
