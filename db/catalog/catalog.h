@@ -84,8 +84,9 @@ struct RunRow {
   calib::Site site;
   std::uint64_t rows = 0;
   double duration_s = 0.0;
-  std::string cut_short = {};  ///< why it ended before its last visit; empty = it has all of them
-  std::string continues = {};  ///< run id of the run that was cut short and goes on here; empty = none
+  std::string cut_short = {};       ///< why it ended before its last visit; empty = it has all of them
+  std::string continues = {};       ///< run id of the run that was cut short and goes on here; empty = none
+  std::string numbers_sha256 = {};  ///< of all that the catalog holds of it but voids and drops; not read by add_run()
   std::optional<SampleDrop> samples_dropped = {};  ///< the last drop, where the file is gone; not read by add_run()
 };
 
@@ -123,6 +124,42 @@ struct ModelRow {
   std::int32_t epoch = 0;
   double created_utc_s = 0.0;
   std::string document;
+};
+
+/// Where a model came from.
+struct ModelOrigin {
+  std::string software;       ///< that fitted it: "0.2.0"
+  std::string inputs_sha256;  ///< of all that the fit took
+  std::string user = {};      ///< who fitted it; not read when it is entered
+};
+
+/// A version of a unit's model without its document.
+struct ModelHead {
+  std::string unit;
+  std::int32_t version = 0;
+  std::int32_t epoch = 0;
+  double created_utc_s = 0.0;
+  std::string state;  ///< "fitted", "verified", "released" or "withdrawn"
+};
+
+/// That a model came into a state. Rows are only ever added; the last one counts.
+struct ModelStateRow {
+  std::string unit;
+  std::int32_t version = 0;
+  std::string state;  ///< as in ModelHead
+  std::string reason;
+  std::string user;
+  double utc_s = 0.0;
+};
+
+/// What a verification of a model said.
+struct VerificationRow {
+  std::string unit;
+  std::int32_t model_version = 0;
+  double utc_s = 0.0;
+  std::string user;
+  std::string verdict;   ///< "pass", "marginal", "fail" or "info"
+  std::string document;  ///< JSON
 };
 
 /// What was found missing in a model: the JSON that `soak gap find` printed.
@@ -213,7 +250,7 @@ class Catalog {
   ~Catalog();
 
   /// Schema version that this program writes.
-  static constexpr int kSchemaVersion = 2;
+  static constexpr int kSchemaVersion = 3;
 
   [[nodiscard]] const std::filesystem::path& data_folder() const;
   /// Whether the catalog can only be read: an archive.
@@ -297,8 +334,27 @@ class Catalog {
   [[nodiscard]] base::Result<std::vector<VoidRecord>> voids(std::string_view run_id) const;
 
   /// Stores the document as the unit's next model version and returns its number. `make_document` gets that number.
+  /// `origin`: where it came from, if that is known.
   [[nodiscard]] base::Result<std::int32_t> add_model(std::string_view unit, std::int32_t epoch, double created_utc_s,
-                                                     const std::function<std::string(std::int32_t)>& make_document);
+                                                     const std::function<std::string(std::int32_t)>& make_document,
+                                                     const std::optional<ModelOrigin>& origin = {});
+  /// Where a version came from; nothing where that is not known.
+  [[nodiscard]] base::Result<std::optional<ModelOrigin>> model_origin(std::string_view unit,
+                                                                      std::int32_t version) const;
+  /// All versions of a unit, or of all units, in the order of serial number and version.
+  [[nodiscard]] base::Result<std::vector<ModelHead>> models(const std::optional<std::string>& unit = {}) const;
+  /// Brings a model into a state and logs it. Refuses (bad_input) an unknown model, an empty reason or user, and a step
+  /// that is none of: fitted to verified, verified to released, verified back to fitted, and any but withdrawn to
+  /// withdrawn.
+  [[nodiscard]] base::Status set_model_state(const ModelStateRow& row);
+  /// The changes of state of a model in their order; the first is that it was fitted.
+  [[nodiscard]] base::Result<std::vector<ModelStateRow>> model_history(std::string_view unit,
+                                                                       std::int32_t version) const;
+  /// Stores what a verification said of a model, and logs it. Refuses (bad_input) an unknown model.
+  [[nodiscard]] base::Status add_verification(const VerificationRow& row);
+  /// The verifications of a model in the order in which they were stored.
+  [[nodiscard]] base::Result<std::vector<VerificationRow>> verifications(std::string_view unit,
+                                                                         std::int32_t version) const;
   /// A version, or the newest where `version` is absent. Refuses (corrupt) one whose document is not as it was stored.
   [[nodiscard]] base::Result<std::optional<ModelRow>> model(std::string_view unit,
                                                             std::optional<std::int32_t> version = {}) const;

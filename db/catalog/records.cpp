@@ -68,13 +68,6 @@ GapReportRow report_from(sqlite::Fields& fields) {
   return report;
 }
 
-base::Status require_model(const sqlite::Connection& connection, std::string_view unit, std::int32_t version) {
-  const char* const sql = "SELECT 1 FROM model WHERE unit = ? AND version = ?";
-  if (sqlite::has_row(connection.database(), sql, unit, version)) return {};
-  return base::bad_input("unit '" + std::string(unit) + "' has no model version " + std::to_string(version),
-                         connection.path().string());
-}
-
 }  // namespace
 
 base::Status Catalog::add_void(const VoidRecord& record) {
@@ -100,7 +93,8 @@ base::Result<std::vector<VoidRecord>> Catalog::voids(std::string_view run_id) co
 }
 
 base::Result<std::int32_t> Catalog::add_model(std::string_view unit, std::int32_t epoch, double created_utc_s,
-                                              const std::function<std::string(std::int32_t)>& make_document) {
+                                              const std::function<std::string(std::int32_t)>& make_document,
+                                              const std::optional<ModelOrigin>& origin) {
   return impl_->connection.transact("add the model", [&]() -> base::Result<std::int32_t> {
     if (const auto known = catalog::epoch_of(impl_->connection, unit); !known) return base::forward_error(known);
     const auto newest = sqlite::first_row_of(
@@ -112,6 +106,11 @@ base::Result<std::int32_t> Catalog::add_model(std::string_view unit, std::int32_
                     "INSERT INTO model (unit, version, epoch, created_utc_s, sha256, document) "
                     "VALUES (?, ?, ?, ?, ?, ?)",
                     unit, version, epoch, created_utc_s, sha256_of_text(document), document);
+    if (origin) {
+      sqlite::execute(impl_->database(),
+                      "INSERT INTO model_origin (unit, version, software, user, inputs_sha256) VALUES (?, ?, ?, ?, ?)",
+                      unit, version, origin->software, impl_->user, origin->inputs_sha256);
+    }
     impl_->log({created_utc_s, "model_added", std::string(unit), "version " + std::to_string(version)});
     return version;
   });
@@ -144,7 +143,8 @@ base::Result<std::optional<ModelRow>> Catalog::model(std::string_view unit, std:
 
 base::Status Catalog::add_gap_report(const GapReportRow& report) {
   return impl_->connection.transact("store the gap report", [&]() -> base::Status {
-    if (const auto known = require_model(impl_->connection, report.unit, report.model_version); !known) return known;
+    if (const auto known = catalog::require_model(impl_->connection, report.unit, report.model_version); !known)
+      return known;
     sqlite::execute(impl_->database(),
                     "INSERT INTO gap_report (gap_report_id, unit, model_version, created_utc_s, document) "
                     "VALUES (?, ?, ?, ?, ?)",
@@ -163,7 +163,7 @@ base::Result<std::vector<GapReportRow>> Catalog::gap_reports(std::string_view un
 
 base::Status Catalog::add_calibration(const CalibrationRow& calibration) {
   return impl_->connection.transact("record the exported file", [&]() -> base::Status {
-    auto known = require_model(impl_->connection, calibration.unit, calibration.model_version);
+    auto known = catalog::require_model(impl_->connection, calibration.unit, calibration.model_version);
     if (!known) return known;
     sqlite::execute(impl_->database(),
                     "INSERT INTO calibration (calibration_id, unit, model_version, created_utc_s, format, "

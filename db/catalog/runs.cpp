@@ -50,6 +50,7 @@ RunRow run_from(sqlite::Fields& fields) {
   run.duration_s = fields.real();
   run.cut_short = fields.text();
   run.continues = fields.text();
+  run.numbers_sha256 = fields.text();
   run.voided = fields.flag();
   return run;
 }
@@ -260,7 +261,7 @@ base::Result<std::vector<RunRow>> Catalog::runs(const RunFilter& filter) const {
     auto runs = sqlite::rows_of(
         impl_->database(),
         std::string("SELECT ") + kRunColumns +
-            ", EXISTS (SELECT 1 FROM void WHERE void.run_id = run.run_id AND void.unit = run.unit AND "
+            ", numbers_sha256, EXISTS (SELECT 1 FROM void WHERE void.run_id = run.run_id AND void.unit = run.unit AND "
             "void.visit IS NULL) FROM run WHERE (?1 IS NULL OR unit = ?1) AND (?2 IS NULL OR campaign = ?2) AND "
             "(?3 IS NULL OR run_id = ?3 OR label = ?3 OR (length(?3) >= ?4 AND substr(run_id, 1, length(?3)) = ?3 AND "
             "NOT EXISTS (SELECT 1 FROM run AS named WHERE (named.run_id = ?3 OR named.label = ?3) AND "

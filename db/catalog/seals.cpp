@@ -24,25 +24,33 @@
 namespace soak::db::catalog {
 namespace {
 
+struct SealedTable {
+  std::string_view name;
+  int since_version;  ///< of the schema
+};
+
 /// All tables but those with digests of their own: segment, block and finding (of each run), event (a chain).
-constexpr std::array<std::string_view, 18> kSealedTables = {"unit_type",
-                                                            "unit",
-                                                            "campaign",
-                                                            "journal",
-                                                            "step",
-                                                            "run",
-                                                            "void",
-                                                            "model",
-                                                            "gap_report",
-                                                            "calibration",
-                                                            "reference",
-                                                            "reference_retirement",
-                                                            "waiver",
-                                                            "reference_withdrawal",
-                                                            "campaign_reference",
-                                                            "check_standard",
-                                                            "check_standard_end",
-                                                            "sample_drop"};
+constexpr std::array<SealedTable, 21> kSealedTables = {{{"unit_type", 2},
+                                                        {"unit", 2},
+                                                        {"campaign", 2},
+                                                        {"journal", 2},
+                                                        {"step", 2},
+                                                        {"run", 2},
+                                                        {"void", 2},
+                                                        {"model", 2},
+                                                        {"gap_report", 2},
+                                                        {"calibration", 2},
+                                                        {"reference", 2},
+                                                        {"reference_retirement", 2},
+                                                        {"waiver", 2},
+                                                        {"reference_withdrawal", 2},
+                                                        {"campaign_reference", 2},
+                                                        {"check_standard", 2},
+                                                        {"check_standard_end", 2},
+                                                        {"sample_drop", 2},
+                                                        {"model_origin", 3},
+                                                        {"model_state", 3},
+                                                        {"verification", 3}}};
 
 constexpr std::size_t kSealBytes = 32;
 constexpr const char* kNoRows = "0000000000000000000000000000000000000000000000000000000000000000";
@@ -156,8 +164,9 @@ void add_seal_function(SQLite::Database& database) {
   if (code != SQLITE_OK) throw SQLite::Exception(database.getHandle(), code);
 }
 
-void make_seals(SQLite::Database& database) {
-  for (const std::string_view table : kSealedTables) {
+void make_seals(SQLite::Database& database, int schema_version) {
+  for (const auto& [table, since_version] : kSealedTables) {
+    if (since_version != schema_version) continue;
     database.exec(triggers_of(database, table));
     const auto [rows, sha256] = seal_of_rows(database, table);
     sqlite::execute(database, "INSERT INTO seal (name, row_count, sha256) VALUES (?, ?, ?)", table, rows, sha256);
@@ -171,7 +180,12 @@ base::Status check_seals(const sqlite::Connection& connection, std::span<const s
   return {};
 }
 
-base::Status check_all_seals(const sqlite::Connection& connection) { return check_seals(connection, kSealedTables); }
+base::Status check_all_seals(const sqlite::Connection& connection) {
+  for (const SealedTable& table : kSealedTables) {
+    if (auto sound = check_seal(connection, table.name); !sound) return sound;
+  }
+  return {};
+}
 
 base::Status check_schema(const sqlite::Connection& connection) {
   auto fresh = sqlite::Connection::open(":memory:", sqlite::Access::read_write);

@@ -339,6 +339,45 @@ CREATE TABLE sample_drop (
 );
 )sql";
 
+constexpr const char* kStationV3 = R"sql(
+-- Where a model came from; one whose origin nobody stated has no row.
+CREATE TABLE model_origin (
+  unit          TEXT NOT NULL,
+  version       INTEGER NOT NULL,
+  software      TEXT NOT NULL CHECK (software <> ''),   -- that fitted it
+  user          TEXT NOT NULL,       -- who fitted it; empty = not known
+  inputs_sha256 TEXT NOT NULL CHECK (length(inputs_sha256) = 64),   -- of all that the fit took
+  PRIMARY KEY (unit, version),
+  FOREIGN KEY (unit, version) REFERENCES model (unit, version)
+);
+
+-- A change of the state of a model; the last one counts. A model without any is 'fitted'.
+CREATE TABLE model_state (
+  model_state_id TEXT PRIMARY KEY,   -- UUIDv7
+  unit          TEXT NOT NULL,
+  model_version INTEGER NOT NULL,
+  state         TEXT NOT NULL CHECK (state IN ('fitted', 'verified', 'released', 'withdrawn')),
+  reason        TEXT NOT NULL CHECK (reason <> ''),
+  user          TEXT NOT NULL CHECK (user <> ''),
+  utc_s         REAL NOT NULL,
+  FOREIGN KEY (unit, model_version) REFERENCES model (unit, version)
+);
+CREATE INDEX model_state_of_model ON model_state (unit, model_version);
+
+-- What a verification said of a model.
+CREATE TABLE verification (
+  verification_id TEXT PRIMARY KEY,  -- UUIDv7
+  unit          TEXT NOT NULL,
+  model_version INTEGER NOT NULL,
+  utc_s         REAL NOT NULL,
+  user          TEXT NOT NULL CHECK (user <> ''),
+  verdict       TEXT NOT NULL CHECK (verdict IN ('pass', 'marginal', 'fail', 'info')),
+  document      TEXT NOT NULL,       -- JSON
+  FOREIGN KEY (unit, model_version) REFERENCES model (unit, version)
+);
+CREATE INDEX verification_of_model ON verification (unit, model_version);
+)sql";
+
 /// Tables whose rows are only ever added, with the column that numbers them.
 constexpr std::pair<std::string_view, std::string_view> kAppendOnlyV1[] = {
     {"event", "event_id"},
@@ -373,13 +412,19 @@ void finish_v2(SQLite::Database& database) {
   catalog::chain_all_events(database);
   database.exec(keep_rows("event", "event_id"));
   database.exec(keep_rows("sample_drop", "drop_id"));
-  catalog::make_seals(database);
+  catalog::make_seals(database, 2);
+}
+
+void finish_v3(SQLite::Database& database) {
+  database.exec(keep_rows("model_state", "model_state_id"));
+  database.exec(keep_rows("verification", "verification_id"));
+  catalog::make_seals(database, 3);
 }
 
 std::vector<Step> all_station_steps() {
   std::string v1 = kStationV1;
   for (const auto& [table, key] : kAppendOnlyV1) v1 += keep_rows(table, key);
-  return {{1, std::move(v1)}, {2, kStationV2, finish_v2}};
+  return {{1, std::move(v1)}, {2, kStationV2, finish_v2}, {3, kStationV3, finish_v3}};
 }
 
 }  // namespace

@@ -74,6 +74,10 @@ void insert_event(SQLite::Database& database, const EventRow& event);
 [[nodiscard]] base::Status require_run(const sqlite::Connection& connection, std::string_view run_id,
                                        std::string_view unit);
 
+/// Refuses a model that is not in the catalog. Throws SQLite::Exception.
+[[nodiscard]] base::Status require_model(const sqlite::Connection& connection, std::string_view unit,
+                                         std::int32_t version);
+
 /// Stores the statistics of one segment with its blocks and findings. Throws SQLite::Exception.
 void insert_segment(SQLite::Database& database, const calib::Segment& segment);
 

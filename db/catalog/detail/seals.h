@@ -17,9 +17,9 @@ namespace soak::db::catalog {
 /// SQLite::Exception.
 void add_seal_function(SQLite::Database& database);
 
-/// Makes the triggers of all sealed tables and seals the rows that are there: a step of the schema. Throws
-/// SQLite::Exception.
-void make_seals(SQLite::Database& database);
+/// Makes the triggers of the tables that a version of the schema began to seal, and seals the rows that are there: a
+/// step of the schema. Throws SQLite::Exception.
+void make_seals(SQLite::Database& database, int schema_version);
 
 /// Whether the rows of the tables are those that their seals stand for; corrupt, naming the first table that is not.
 /// Throws SQLite::Exception.
