@@ -55,6 +55,22 @@ RunRow run_from(sqlite::Fields& fields) {
   return run;
 }
 
+/// Runs of a unit (?1), of a campaign (?2), of that name (?3). Only what is asked for is a condition, so that an index
+/// serves it. A whole id or a label wins over the start of an id of at least ?4 characters.
+std::string query_of(const RunFilter& filter) {
+  const std::string_view unit = filter.unit ? "unit = ?1" : "?1 IS NULL";
+  const std::string_view campaign = filter.campaign ? "campaign = ?2" : "?2 IS NULL";
+  const std::string named = fmt::format(
+      "(run_id = ?3 OR label = ?3 OR (length(?3) >= ?4 AND substr(run_id, 1, length(?3)) = ?3 AND NOT EXISTS (SELECT 1 "
+      "FROM (SELECT run_id, label FROM run WHERE {} AND {}) AS named WHERE named.run_id = ?3 OR named.label = ?3)))",
+      unit, campaign);
+  return fmt::format(
+      "SELECT {}, numbers_sha256, EXISTS (SELECT 1 FROM void WHERE void.run_id = run.run_id AND void.unit = run.unit "
+      "AND "
+      "void.visit IS NULL) FROM run WHERE {} AND {} AND {} ORDER BY created_utc_s, run_id, unit",
+      kRunColumns, unit, campaign, filter.run ? named : "(?3 IS NULL AND ?4 > 0)");
+}
+
 /// In the order in which drop_from() reads them.
 constexpr const char* kDropColumns = "run_id, source, bytes, reason, user, utc_s";
 
@@ -257,17 +273,8 @@ base::Status Catalog::check_numbers(const RunRow& run) const {
 
 base::Result<std::vector<RunRow>> Catalog::runs(const RunFilter& filter) const {
   return impl_->connection.run("read the runs", [&]() -> base::Result<std::vector<RunRow>> {
-    // A whole id or a label wins over the start of an id.
-    auto runs = sqlite::rows_of(
-        impl_->database(),
-        std::string("SELECT ") + kRunColumns +
-            ", numbers_sha256, EXISTS (SELECT 1 FROM void WHERE void.run_id = run.run_id AND void.unit = run.unit AND "
-            "void.visit IS NULL) FROM run WHERE (?1 IS NULL OR unit = ?1) AND (?2 IS NULL OR campaign = ?2) AND "
-            "(?3 IS NULL OR run_id = ?3 OR label = ?3 OR (length(?3) >= ?4 AND substr(run_id, 1, length(?3)) = ?3 AND "
-            "NOT EXISTS (SELECT 1 FROM run AS named WHERE (named.run_id = ?3 OR named.label = ?3) AND "
-            "(?1 IS NULL OR named.unit = ?1) AND (?2 IS NULL OR named.campaign = ?2)))) "
-            "ORDER BY created_utc_s, run_id, unit",
-        run_from, filter.unit, filter.campaign, filter.run, kShortestPrefix);
+    auto runs = sqlite::rows_of(impl_->database(), query_of(filter), run_from, filter.unit, filter.campaign, filter.run,
+                                kShortestPrefix);
     const auto drops = sample_drops(impl_->database());
     for (RunRow& run : runs) {
       const auto dropped = drops.find(run.run_id);
