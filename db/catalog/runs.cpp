@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <filesystem>
-#include <map>
 #include <string_view>
 #include <system_error>
 
@@ -83,17 +82,6 @@ SampleDrop drop_from(sqlite::Fields& fields) {
   drop.user = fields.text();
   drop.utc_s = fields.real();
   return drop;
-}
-
-/// The last drop of each run, by run id.
-std::map<std::string, SampleDrop> sample_drops(const SQLite::Database& database) {
-  std::map<std::string, SampleDrop> drops;
-  const std::string sql = fmt::format("SELECT {} FROM sample_drop ORDER BY rowid", kDropColumns);
-  for (SampleDrop& drop : sqlite::rows_of(database, sql, drop_from)) {
-    std::string run_id = drop.run_id;
-    drops.insert_or_assign(std::move(run_id), std::move(drop));
-  }
-  return drops;
 }
 
 bool is_there(const std::filesystem::path& path) {
@@ -275,10 +263,16 @@ base::Result<std::vector<RunRow>> Catalog::runs(const RunFilter& filter) const {
   return impl_->connection.run("read the runs", [&]() -> base::Result<std::vector<RunRow>> {
     auto runs = sqlite::rows_of(impl_->database(), query_of(filter), run_from, filter.unit, filter.campaign, filter.run,
                                 kShortestPrefix);
-    const auto drops = sample_drops(impl_->database());
+    SQLite::Statement last_drop(
+        impl_->database(),
+        fmt::format("SELECT {} FROM sample_drop WHERE run_id = ? ORDER BY rowid DESC LIMIT 1", kDropColumns));
     for (RunRow& run : runs) {
-      const auto dropped = drops.find(run.run_id);
-      if (dropped != drops.end() && !is_there(run_file_path(run))) run.samples_dropped = dropped->second;
+      sqlite::bind_all(last_drop, run.run_id);
+      if (last_drop.executeStep() && !is_there(run_file_path(run))) {
+        sqlite::Fields fields(last_drop);
+        run.samples_dropped = drop_from(fields);
+      }
+      last_drop.reset();
     }
     if (filter.run) {
       const auto unique = check_prefix(runs, *filter.run, impl_->connection.path().string());
