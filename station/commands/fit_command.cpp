@@ -247,13 +247,17 @@ std::optional<double> held_out_error(const nlohmann::json& sensor) {
 std::vector<std::string> batch_row(const nlohmann::json& fit, bool up_to_date) {
   std::optional<double> gyro;
   std::optional<double> accel;
-  std::size_t warnings = fit.at("warnings").size();
+  std::set<std::string> warnings;
+  const auto add_warnings = [&](const nlohmann::json& list) {
+    for (const nlohmann::json& warning : list) warnings.insert(warning.at("text").get<std::string>());
+  };
+  add_warnings(fit.at("warnings"));
   std::size_t runs = 0;
   for (const auto& [name, sensor] : fit.at("sensors").items()) {
     const auto error = held_out_error(sensor);
     std::optional<double>& largest = name.starts_with("gyro") ? gyro : accel;
     if (error) largest = std::max(largest.value_or(0.0), *error);
-    warnings += sensor.at("warnings").size();
+    add_warnings(sensor.at("warnings"));
     runs = std::max(runs, sensor.at("runs").size());
   }
   return {fit.at("unit").get<std::string>(),
@@ -262,7 +266,7 @@ std::vector<std::string> batch_row(const nlohmann::json& fit, bool up_to_date) {
           std::to_string(runs),
           fit_number(gyro, 1.0),
           fit_number(accel, 1.0),
-          std::to_string(warnings)};
+          std::to_string(warnings.size())};
 }
 
 base::Status print_batch(const db::Catalog& catalog, const std::vector<BatchUnit>& units, Output& output) {
@@ -274,6 +278,7 @@ base::Status print_batch(const db::Catalog& catalog, const std::vector<BatchUnit
     return output.print_json_list("units", fitted.size(),
                                   [&](std::size_t i) { return stored_fit(catalog, fitted[i]->serial); });
   }
+  if (fitted.empty()) return {};
   std::vector<std::vector<std::string>> table = {
       {"unit", "model", "result", "runs", "worst gyro deg/s", "worst accel m/s2", "warnings"}};
   for (const BatchUnit* unit : fitted) {
@@ -282,7 +287,7 @@ base::Status print_batch(const db::Catalog& catalog, const std::vector<BatchUnit
     table.push_back(batch_row(*fit, unit->up_to_date));
   }
   output.print(text_table(table));
-  output.print("errors: root mean square on held-out runs; 'soak report --unit SN' has the rest\n");
+  output.print("errors: root mean square on held-out runs; 'soak report --unit SN' has curves and warnings\n");
   return {};
 }
 
@@ -293,8 +298,9 @@ base::Status all_failures(const std::vector<BatchUnit>& units) {
   for (const BatchUnit& unit : units) {
     if (!unit.failure) continue;
     if (failures++ == 0) kind = unit.failure->kind;
+    const base::Error& error = *unit.failure;
     message +=
-        fmt::format("\n  {}{}{}", unit.failure->where, unit.failure->where.empty() ? "" : ": ", unit.failure->message);
+        fmt::format("\n  unit {}: {}{}{}", unit.serial, error.where, error.where.empty() ? "" : ": ", error.message);
   }
   if (failures == 0) return {};
   return base::fail(kind, fmt::format("{} of {} units could not be fitted:{}", failures, units.size(), message));
@@ -305,6 +311,10 @@ base::Status FitCommand::run_with(db::Catalog& catalog, Output& output) {
 }
 
 base::Status FitCommand::fit_all(const db::Catalog& catalog, Output& output) const {
+  if (catalog.read_only()) {
+    return base::fail(base::ErrorKind::internal, "this folder cannot be written, so no model could be stored",
+                      catalog.data_folder().string());
+  }
   const auto serials = all_serials(catalog);
   if (!serials) return base::forward_error(serials);
   if (campaign) {
@@ -313,8 +323,9 @@ base::Status FitCommand::fit_all(const db::Catalog& catalog, Output& output) con
   const auto units = fit_batch(catalog, *serials, {campaign, {rules}, jobs, user_name()}, output.progress("fitting"));
   output.end_progress();
   if (!units) return base::forward_error(units);
-  if (auto printed = print_batch(catalog, *units, output); !printed) return printed;
-  return all_failures(*units);
+  const base::Status printed = print_batch(catalog, *units, output);
+  const base::Status failed = all_failures(*units);
+  return failed ? printed : failed;
 }
 
 base::Status FitCommand::fit_one(db::Catalog& catalog, Output& output) const {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <exception>
 #include <map>
 #include <mutex>
 #include <numeric>
@@ -20,22 +21,6 @@ namespace {
 
 /// What became of a unit in its turn.
 enum class Turn { done, deferred };
-
-/// Whether a sensor was recorded one way somewhere and its type states no hysteresis.
-bool asked_fleet(const calib::SensorCalibration& sensor) {
-  return sensor.one_way && sensor.one_way->known.source != calib::HysteresisSource::type;
-}
-
-bool asked_fleet(const calib::Calibration& calibration) {
-  return std::ranges::any_of(calibration.sensors, [](const auto& sensor) { return asked_fleet(sensor); });
-}
-
-/// Whether the model has what the fleet shows now.
-bool agrees(const calib::Calibration& calibration, const FleetHysteresis& fleet) {
-  return std::ranges::all_of(calibration.sensors, [&](const calib::SensorCalibration& sensor) {
-    return !asked_fleet(sensor) || sensor.one_way->known == fleet[index_of(sensor.sensor)];
-  });
-}
 
 /// A thread's own connection, and what it knows of check standards.
 struct Worker {
@@ -65,52 +50,68 @@ class Batch {
   }
 
  private:
-  /// `turn` of each of the units, on the first free thread. Fails where the batch was stopped, or no thread has a
-  /// catalog.
+  /// `take_turn` with each of the units, on the first free thread. Fails where the batch ended before its time.
   template <class TakeTurn>
   base::Status in_parallel(const std::vector<std::size_t>& units, const TakeTurn& take_turn) {
     const auto most = options_.jobs > 0 ? static_cast<std::size_t>(options_.jobs)
                                         : std::max<std::size_t>(1, std::thread::hardware_concurrency());
     threads_per_unit_ = static_cast<int>(std::max<std::size_t>(1, most / std::max<std::size_t>(1, units.size())));
     std::atomic<std::size_t> next = 0;
-    base::Status opened;
     const auto work = [&] {
       auto own = db::Catalog::open(catalog_.data_folder());
-      if (!own) {
-        const std::lock_guard lock(mutex_);
-        opened = base::forward_error(own);
-        return;
-      }
+      if (!own) return end_with(own.error());
       Worker worker(*std::move(own));
       worker.catalog.act_as(options_.user);
-      for (std::size_t k = next++; k < units.size() && goes_on(); k = next++)
-        note(units[k], take_turn(worker, units[k]));
+      for (std::size_t k = next++; k < units.size() && goes_on(); k = next++) {
+        note(units[k], guarded([&] { return take_turn(worker, units[k]); }));
+      }
     };
     std::vector<std::jthread> pool;
     for (std::size_t t = 1; t < std::min(most, units.size()); ++t) pool.emplace_back(work);
     work();
     pool.clear();
-    if (!stopped_) return opened;
-    return base::fail(base::ErrorKind::internal,
-                      "interrupted; the models of the units fitted so far are stored, and the next 'soak fit --all' "
-                      "goes on with the others",
-                      "fit");
+    return end_;
+  }
+
+  /// A unit on which a library throws does not take the others with it.
+  template <class Work>
+  static base::Result<Turn> guarded(const Work& work) {
+    try {
+      return work();
+    } catch (const std::exception& error) {
+      return base::fail(base::ErrorKind::internal, error.what());
+    }
+  }
+
+  void end_with(const base::Error& error) {
+    const std::lock_guard lock(mutex_);
+    if (end_) end_ = tl::unexpected<base::Error>(error);
   }
 
   bool goes_on() {
     const std::lock_guard lock(mutex_);
-    stopped_ = stopped_ || !progress_(static_cast<double>(done_) / static_cast<double>(units_.size()));
-    return !stopped_;
+    return end_.has_value() && tell_progress();
+  }
+
+  /// With the lock held.
+  bool tell_progress() {
+    if (!progress_(done_ / static_cast<double>(units_.size())) && end_) {
+      end_ = base::fail(base::ErrorKind::internal,
+                        "interrupted; the models of the units fitted so far are stored, and the next 'soak fit --all' "
+                        "goes on with the others",
+                        "fit");
+    }
+    return end_.has_value();
   }
 
   void note(std::size_t unit, const base::Result<Turn>& turn) {
     const std::lock_guard lock(mutex_);
-    if (turn && *turn == Turn::deferred) {
-      deferred_.push_back(unit);
-      return;
-    }
-    if (!turn) units_[unit].failure = turn.error();
-    ++done_;
+    const bool is_deferred = turn && *turn == Turn::deferred;
+    if (is_deferred) deferred_.push_back(unit);
+    // A unit that takes two turns is half done after the first.
+    done_ += is_deferred || without_.contains(units_[unit].serial) ? 0.5 : 1.0;
+    // What failed because the user stopped the batch is no failure of the unit.
+    if (tell_progress() && !turn) units_[unit].failure = turn.error();
   }
 
   /// What a unit would be fitted to, and the newest model if that was made of the same.
@@ -149,9 +150,11 @@ class Batch {
     return prepare_fit(worker.catalog, *std::move(input), inputs.terms, worker.checks, std::move(warnings));
   }
 
-  base::Result<Turn> fit(Worker& worker, const PreparedFit& prepared, const Inputs& inputs) const {
-    const auto model = fit_prepared(worker.catalog, prepared, options_.fit, threads_per_unit_, inputs.sha256);
+  base::Result<Turn> fit(Worker& worker, const PreparedFit& prepared, const Inputs& inputs) {
+    auto model = fitted_model(prepared, options_.fit, threads_per_unit_);
     if (!model) return base::forward_error(model);
+    // Where one model cannot be stored no other can: the time of the rest is saved.
+    if (const auto stored = store_model(worker.catalog, *model, inputs.sha256); !stored) end_with(stored.error());
     return Turn::done;
   }
 
@@ -203,8 +206,8 @@ class Batch {
   int threads_per_unit_ = 1;
   std::mutex mutex_;  ///< of the members below
   std::vector<std::size_t> deferred_;
-  std::size_t done_ = 0;
-  bool stopped_ = false;
+  double done_ = 0.0;              ///< units
+  base::Status end_;               ///< why the batch ends before its time
   std::set<std::string> without_;  ///< units that ask the fleet: of the second round, read only
   std::mutex fleet_mutex_;
   std::map<std::pair<std::string, bool>, FleetHysteresis> fleets_;  ///< by type, and whether it is simulated

@@ -3,7 +3,9 @@
 
 #include <fmt/format.h>
 
+#include <filesystem>
 #include <nlohmann/json.hpp>
+#include <system_error>
 
 #include "base/hash.h"
 #include "base/text.h"
@@ -19,19 +21,25 @@ namespace {
 
 using nlohmann::json;
 
+/// Raised with each change of the program that makes another model of the same inputs.
+constexpr int kFitRevision = 1;
+
 std::string digest_of(const json& inputs) {
   base::Sha256 hash;
   hash.update(inputs.dump());
   return base::to_hex(hash.finish());
 }
 
-/// The text of a type's file; null where it has none.
-base::Result<json> type_text(const std::string& name) {
+/// Of the file of a type; null where it has none.
+base::Result<json> type_digest(const std::string& name) {
   const std::filesystem::path file = default_unit_type_folder() / (name + ".toml");
-  if (!std::filesystem::exists(file)) return json();
-  auto text = read_text_file(file);
+  std::error_code ignored;
+  if (!std::filesystem::exists(file, ignored)) return json();
+  const auto text = read_text_file(file);
   if (!text) return base::forward_error(text);
-  return json(*std::move(text));
+  base::Sha256 hash;
+  hash.update(*text);
+  return json(base::to_hex(hash.finish()));
 }
 
 json void_json(const db::VoidRecord& record) {
@@ -61,7 +69,7 @@ base::Result<std::string> fit_inputs_sha256(const db::Catalog& catalog, const st
   const auto row = catalog.unit(unit);
   if (!row) return base::forward_error(row);
   if (!*row) return base::bad_input(fmt::format("no unit '{}' in this data folder; 'soak unit list' shows them", unit));
-  const auto type = type_text((*row)->type);
+  const auto type = type_digest((*row)->type);
   if (!type) return base::forward_error(type);
   const auto runs = catalog.runs({.unit = unit, .campaign = campaign, .run = {}});
   if (!runs) return base::forward_error(runs);
@@ -77,6 +85,7 @@ base::Result<std::string> fit_inputs_sha256(const db::Catalog& catalog, const st
   const auto references = references_of_campaigns(catalog, campaigns);
   if (!references) return base::forward_error(references);
   return digest_of({{"software", software_version()},
+                    {"revision", kFitRevision},
                     {"unit", unit},
                     {"type", (*row)->type},
                     {"type_file", *type},

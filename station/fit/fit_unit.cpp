@@ -243,9 +243,8 @@ base::Result<PreparedFit> prepare_fit(const db::Catalog& catalog, calib::UnitInp
   return PreparedFit{std::move(input), *std::move(rows), std::move(warnings)};
 }
 
-base::Result<calib::UnitModel> fit_prepared(db::Catalog& catalog, const PreparedFit& prepared,
-                                            const calib::CurveFitOptions& options, int jobs,
-                                            const std::string& inputs_sha256) {
+base::Result<calib::UnitModel> fitted_model(const PreparedFit& prepared, const calib::CurveFitOptions& options,
+                                            int jobs) {
   auto fits = fit_sensors(prepared.rows, options, jobs);
   if (interrupted()) {
     return base::fail(base::ErrorKind::internal, "interrupted; no model was stored",
@@ -265,18 +264,24 @@ base::Result<calib::UnitModel> fit_prepared(db::Catalog& catalog, const Prepared
   model.created_utc_s = now_utc_s();
   model.options = options;
   model.warnings.insert(model.warnings.end(), prepared.warnings.begin(), prepared.warnings.end());
-  // Whether the model can be stored does not depend on its number, which is known only inside the transaction.
+  // Whether the model can be written does not depend on its number, which is known only inside the transaction.
   if (const auto document = calib::model_document(model); !document) return base::forward_error(document);
+  return model;
+}
+
+base::Status store_model(db::Catalog& catalog, calib::UnitModel& model, const std::string& inputs_sha256) {
+  std::optional<db::ModelOrigin> origin;
+  if (!inputs_sha256.empty()) origin = db::ModelOrigin{software_version(), inputs_sha256};
   const auto version = catalog.add_model(
       model.unit, model.epoch, model.created_utc_s,
       [&](std::int32_t number) {
         model.version = number;
         return *calib::model_document(model);
       },
-      inputs_sha256.empty() ? std::nullopt : std::optional(db::ModelOrigin{software_version(), inputs_sha256}));
+      origin);
   if (!version) return base::forward_error(version);
   model.version = *version;
-  return model;
+  return {};
 }
 
 base::Result<calib::UnitModel> fit_with_terms(db::Catalog& catalog, calib::UnitInput& input,
@@ -287,11 +292,14 @@ base::Result<calib::UnitModel> fit_with_terms(db::Catalog& catalog, calib::UnitI
   auto prepared = prepare_fit(catalog, std::move(input), terms, check_warnings, std::move(warnings));
   if (!prepared) return base::forward_error(prepared);
   if (asks_fleet(prepared->rows)) {
-    const auto fleet = hysteresis_of_fleet(catalog, prepared->rows.unit_type, prepared->rows.simulated);
+    const auto fleet =
+        hysteresis_of_fleet(catalog, prepared->rows.unit_type, prepared->rows.simulated, {prepared->rows.unit});
     if (!fleet) return base::forward_error(fleet);
     take_from_fleet(*fleet, prepared->rows);
   }
-  auto model = fit_prepared(catalog, *prepared, options, jobs, inputs_sha256);
+  auto model = fitted_model(*prepared, options, jobs);
+  if (!model) return model;
+  if (auto stored = store_model(catalog, *model, inputs_sha256); !stored) return base::forward_error(stored);
   input = std::move(prepared->input);
   return model;
 }

@@ -79,15 +79,17 @@ struct PreparedFit {
                                                     CheckWarnings& check_warnings,
                                                     std::vector<calib::Warning> warnings);
 
-/// Fits all sensors of a unit on `jobs` threads (0: one per core) and stores the model as the unit's next version, with
-/// the digest of what it took (fit_inputs.h; empty: it is no fit of all runs, and none is stored). Nothing is stored
-/// where a sensor cannot be fitted. The result does not depend on the number of threads.
-[[nodiscard]] base::Result<calib::UnitModel> fit_prepared(db::Catalog& catalog, const PreparedFit& prepared,
-                                                          const calib::CurveFitOptions& options, int jobs,
-                                                          const std::string& inputs_sha256);
+/// Fits all sensors of a unit on `jobs` threads (0: one per core). Fails where a sensor cannot be fitted, and
+/// (internal) where the user interrupts. The result does not depend on the number of threads.
+[[nodiscard]] base::Result<calib::UnitModel> fitted_model(const PreparedFit& prepared,
+                                                          const calib::CurveFitOptions& options, int jobs);
 
-/// Both, one after the other: the new version carries `terms`. What sensors that were recorded one way lack comes from
-/// the other units of the type as they are now (fleet_hysteresis.h). `input` comes back as it was fitted.
+/// Stores a model as the unit's next version, which it gets, with the digest of what it was made of (fit_inputs.h;
+/// empty: it is no fit of all runs, and none is stored).
+[[nodiscard]] base::Status store_model(db::Catalog& catalog, calib::UnitModel& model, const std::string& inputs_sha256);
+
+/// All three, one after the other: the new version carries `terms`. What sensors that were recorded one way lack comes
+/// from the other units of the type as they are now (fleet_hysteresis.h). `input` comes back as it was fitted.
 /// `inputs_sha256`: fit_inputs_sha256() before the unit was loaded; empty: this is no fit of all its runs.
 [[nodiscard]] base::Result<calib::UnitModel> fit_with_terms(db::Catalog& catalog, calib::UnitInput& input,
                                                             const std::vector<calib::ModelTerm>& terms,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "station/fit/fleet_hysteresis.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <nlohmann/json.hpp>
@@ -29,6 +30,11 @@ std::vector<std::size_t> open_sensors(const calib::UnitRows& rows) {
   return open;
 }
 
+/// The same of a model that is stored.
+bool was_open(const calib::SensorCalibration& sensor) {
+  return sensor.one_way && sensor.one_way->known.source != calib::HysteresisSource::type;
+}
+
 /// Half the gap between heating and cooling, in printed units, that a stored model shows of a sensor; nothing of one
 /// that was itself recorded one way somewhere.
 std::optional<double> half_gap_of(const nlohmann::json& document, calib::Sensor sensor) {
@@ -45,9 +51,19 @@ std::optional<double> half_gap_of(const nlohmann::json& document, calib::Sensor 
 
 bool asks_fleet(const calib::UnitRows& rows) { return !open_sensors(rows).empty(); }
 
+bool asked_fleet(const calib::Calibration& calibration) {
+  return calibration.unit_type != kAnyType &&
+         std::ranges::any_of(calibration.sensors, [](const auto& sensor) { return was_open(sensor); });
+}
+
+bool agrees(const calib::Calibration& calibration, const FleetHysteresis& fleet) {
+  return std::ranges::all_of(calibration.sensors, [&](const calib::SensorCalibration& sensor) {
+    return !was_open(sensor) || sensor.one_way->known == fleet[index_of(sensor.sensor)];
+  });
+}
+
 base::Result<FleetHysteresis> hysteresis_of_fleet(const db::Catalog& catalog, const std::string& type, bool simulated,
                                                   const std::set<std::string>& without) {
-  if (type == kAnyType) return FleetHysteresis{};
   std::array<std::vector<double>, calib::kSensorCount> squares;
   const auto units = catalog.units();
   if (!units) return base::forward_error(units);
@@ -58,7 +74,7 @@ base::Result<FleetHysteresis> hysteresis_of_fleet(const db::Catalog& catalog, co
     if (!*model) continue;
     const auto calibration = calib::calibration_of((*model)->document);
     if (!calibration) return base::forward_error(calibration);
-    if (calibration->simulated && !simulated) continue;
+    if ((calibration->simulated && !simulated) || asked_fleet(*calibration)) continue;
     const auto document = nlohmann::json::parse((*model)->document, nullptr, false);
     for (const calib::Sensor sensor : calib::kSensors) {
       const auto half = half_gap_of(document, sensor);

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "base/result.h"
+#include "calib/curve/calibration.h"
 #include "calib/estimate/unit_rows.h"
 #include "calib/vocabulary/sensor.h"
 #include "db/catalog/catalog.h"
@@ -19,11 +20,17 @@ using FleetHysteresis = std::array<calib::KnownHysteresis, calib::kSensorCount>;
 /// Whether rows went one way somewhere, the unit's type states no hysteresis, and its other units may show one.
 [[nodiscard]] bool asks_fleet(const calib::UnitRows& rows);
 
-/// Root mean square of half the gaps of all units of a type that went both ways, each by its newest model; none of
-/// `without` counts. What was simulated says nothing of real units. Fails (corrupt) for a damaged model.
+/// Whether the hysteresis of some sensor of a model came from the fleet, or would have, had the fleet shown one.
+[[nodiscard]] bool asked_fleet(const calib::Calibration& calibration);
+
+/// Whether a model that asked the fleet has what it shows now.
+[[nodiscard]] bool agrees(const calib::Calibration& calibration, const FleetHysteresis& fleet);
+
+/// Root mean square of half the gaps of all units of a type that went both ways, each by its newest model; none that
+/// asked the fleet itself counts, and none of `without`: the unit that asks. What was simulated says nothing of real
+/// units. Fails (corrupt) for a damaged model.
 [[nodiscard]] base::Result<FleetHysteresis> hysteresis_of_fleet(const db::Catalog& catalog, const std::string& type,
-                                                                bool simulated,
-                                                                const std::set<std::string>& without = {});
+                                                                bool simulated, const std::set<std::string>& without);
 
 /// Gives the rows what they ask for: nothing else of them changes.
 void take_from_fleet(const FleetHysteresis& fleet, calib::UnitRows& rows);

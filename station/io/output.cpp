@@ -110,7 +110,7 @@ std::function<bool(double)> Output::progress(std::string_view what) {
       err_ << fmt::format("\r{} [{:<40}] {:3} %{}", name, std::string(filled, '='), percent, finish(now - begun, done))
            << std::flush;
     }
-    if (!progress_bar_ && now - told >= kLineInterval) {
+    if (!progress_bar_ && !json_ && now - told >= kLineInterval) {
       told = now;
       err_ << fmt::format("{}: {}: {} %{}\n", program_, name, percent, finish(now - begun, done)) << std::flush;
     }

@@ -40,9 +40,9 @@ class Output {
   /// An error on standard error: "soak: where: message", or {"error": {"code", "message", "where"}}.
   void print_error(const base::Error& error);
 
-  /// A callback for long work, which gets the share that is done. It draws a bar on a terminal; anywhere else it writes
-  /// a line each minute, with the time at which the work will be done if it goes on like that. Returns false once the
-  /// user has pressed Ctrl-C.
+  /// A callback for long work, which gets the share that is done. It draws a bar on a terminal; anywhere else, and
+  /// without --json, it writes a line each minute, with the time at which the work will be done if it goes on like
+  /// that. Returns false once the user has pressed Ctrl-C.
   [[nodiscard]] std::function<bool(double)> progress(std::string_view what);
   /// Ends a bar that was drawn.
   void end_progress();

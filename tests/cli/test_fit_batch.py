@@ -13,7 +13,7 @@ import time
 import unittest
 
 from one_way_campaign import Unit
-from soak_cli import SoakTest, check_schema, recording
+from soak_cli import SoakTest, check_schema, limit_file_size, recording
 
 BOTH_WAYS = ("SN1", "SN2", "SN3")
 ONE_WAY = "A1"  # comes first, and takes what the others show
@@ -128,6 +128,51 @@ class Batch(SoakTest):
         after = self.times()
         self.assertEqual({unit: after[unit] for unit in stored}, stored)
 
+    def test_one_unit_is_fitted_as_all_are(self):
+        """Also where its fleet holds one that went both ways with some sensors only, and where its own model went both ways."""
+        lines = [line.split(",") for line in Unit(30).run("R0", ("up", "down")).splitlines()]
+        mixed = [",".join([*lines[0], "gy_dps"])]
+        mixed += [",".join([*cells, cells[-1] if cells[3] == "up" else ""]) for cells in lines[1:]]
+        self.import_run(self.data, self.procedures, self.write("mixed.csv", "\n".join(mixed) + "\n"), "M1")
+        self.import_run(self.data, self.procedures, self.write("both.csv", Unit(31).run("R0", ("up", "down"))), "B1")
+        self.import_run(self.data, self.procedures, self.write("up.csv", Unit(31).run("R1", ("up",))), "B1")
+        self.fit_all()
+        soak(self.data, self.procedures, "runs", "void", "R0", "--unit", "B1", "--reason", "test")
+        of_all = self.fit_all()
+        before = self.versions()
+        for serial in (ONE_WAY, "B1", "B1"):
+            alone = json.loads(soak(self.data, self.procedures, "fit", "--unit", serial, "--json").stdout)
+            self.assertEqual(alone["sensors"], of_all[serial]["sensors"])
+        self.fit_all()
+        self.assertEqual(self.versions(), {**before, ONE_WAY: before[ONE_WAY] + 1, "B1": before["B1"] + 2})
+
+    def test_a_type_file_that_is_no_text_is_the_failure_of_its_units(self):
+        (self.procedures / "units" / "silent.toml").write_bytes(b'name = "silent"\n# Ger\xe4t\n')
+        done = soak(self.data, self.procedures, "fit", "--all", "--json", status=2)
+        message = json.loads(done.stderr)["error"]["message"]
+        for serial in (ONE_WAY, *BOTH_WAYS):
+            self.assertIn(f"unit {serial}: ", message)
+
+    def test_where_no_model_can_be_stored_the_batch_ends(self):
+        done = subprocess.run([os.environ["SOAK_BIN"], "fit", "--all", "--jobs", "1", "--json", "--data", str(self.data)],
+                              env={**os.environ, "SOAK_PROCEDURES": str(self.procedures)}, capture_output=True, text=True,
+                              preexec_fn=limit_file_size(40000), check=False)
+        self.assertEqual((done.returncode, done.stdout), (1, ""))
+        self.assertNotIn("could not be fitted", done.stderr)
+        self.assertEqual(self.versions(), {})
+
+    def test_what_the_user_interrupts_has_not_failed(self):
+        batch = subprocess.Popen([os.environ["SOAK_BIN"], "fit", "--all", "--jobs", "4", "--data", str(self.data)], text=True,
+                                 env={**os.environ, "SOAK_PROCEDURES": str(self.procedures)}, stdout=subprocess.PIPE,
+                                 stderr=subprocess.PIPE)
+        while not self.versions() and batch.poll() is None:
+            time.sleep(0.002)
+        batch.send_signal(signal.SIGINT)
+        out, err = batch.communicate(timeout=60)
+        self.assertNotIn("could not be fitted", err)
+        if len(self.versions()) < len(BOTH_WAYS) + 1:
+            self.assertEqual((out, batch.returncode), ("", 1))
+
     def test_a_unit_that_cannot_be_fitted_does_not_hold_the_others(self):
         header, *rows = recording(plateaus=(-20.0, 0.0, 20.0, 40.0), seconds=20).splitlines()
         column = header.split(",").index("gy_dps")
@@ -136,7 +181,7 @@ class Batch(SoakTest):
         soak(self.data, self.procedures, "import", stuck, "--unit", STUCK, "--campaign", "stuck", "--gravity-mps2", "9.81")
         done = soak(self.data, self.procedures, "fit", "--all", "--json", status=2)
         self.assertEqual([unit["unit"] for unit in json.loads(done.stdout)["units"]], sorted([ONE_WAY, *BOTH_WAYS]))
-        self.assertIn(STUCK, json.loads(done.stderr)["error"]["message"])
+        self.assertIn(f"unit {STUCK}: ", json.loads(done.stderr)["error"]["message"])
 
 
 if __name__ == "__main__":
