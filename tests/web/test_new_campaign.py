@@ -215,7 +215,7 @@ class OnThePage(WithLaboratory):
         self.browser.run("""const kind = document.querySelector('#reference-kind'); kind.value = 'level';
             kind.dispatchEvent(new Event('change', { bubbles: true }));
             document.querySelector('#reference-issued').value = '2026-01-01'; document.querySelector('#reference-due').value = '2099-01-01';""")
-        self.assertIn("deg: level error", self.browser.run("return document.querySelector('#reference-correction-box').innerText"))
+        self.assertIn("°: level error", self.browser.run("return document.querySelector('#reference-correction-box').innerText"))
         self.browser.click("#reference-form button[type=submit]")
         self.browser.wait_for_text("#references", "level <b>1</b>")
         self.browser.wait_for_text("#references", "valid")
