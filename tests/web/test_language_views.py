@@ -239,6 +239,11 @@ class Units(Views):
         self.assertEqual(self.browser.run("return import('/unit_words.mjs').then(({ U }) => [U.warnings.name('of_tomorrow'), U.warnings.remedy('of_tomorrow', 'Do this.')])"),
                          ["", {"english": "Do this."}])
 
+    def test_a_curve_that_is_not_known_keeps_its_name(self):
+        self.go("de", "unit")
+        said = self.browser.run("return import('/unit_words.mjs').then(({ U }) => ['poly3', 'constructor', 'toString'].map((name) => String(U.sensors.kind(name))))")
+        self.assertEqual(said, ["Polynom 3. Grades", "constructor", "toString"])
+
     def test_what_a_job_that_fails_says_is_marked_as_english(self):
         self.go("de", "unit")
         self.browser.run("document.querySelector('#unit-export').click()")
