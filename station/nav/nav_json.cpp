@@ -42,6 +42,24 @@ json outage_json(const nav::OutageResult& result, std::span<const nav::Pipeline>
           {"errors", std::move(errors)}};
 }
 
+json truth_json(const nav::Drive& drive) {
+  static constexpr const char* kNames[] = {"simulation", "fixes", "file", "smoother"};
+  return {{"from", kNames[static_cast<std::size_t>(drive.truth_source)]}, {"horizontal_sigma_m", drive.truth_sigma_m}};
+}
+
+/// What the errors are measured by, drive by drive; a simulation knows where it was.
+std::string truth_text(const json& drives) {
+  std::string text;
+  for (const json& drive : drives) {
+    const json& truth = drive["truth"];
+    if (truth["from"] == "simulation") continue;
+    text += fmt::format("truth of {}: from the {}, known to {:.3f} m (horizontal, one standard deviation)\n",
+                        drive["name"].get<std::string>(), truth["from"].get<std::string>(),
+                        truth["horizontal_sigma_m"].get<double>());
+  }
+  return text;
+}
+
 std::string with_interval(const json& estimate, double factor, int digits) {
   std::string value = fmt::format("{:.{}f}", factor * estimate["value"].get<double>(), digits);
   if (estimate["ci95"].is_null()) return value;
@@ -56,7 +74,9 @@ json comparison_json(std::span<const nav::Drive> drives, std::span<const nav::Ou
   json document = {{"length_s", length_s}, {"seed", seed}};
   document["drives"] = json::array();
   for (const nav::Drive& drive : drives) {
-    document["drives"].push_back({{"name", drive.name}, {"duration_s", drive.imu.back().t_s - drive.imu.front().t_s}});
+    document["drives"].push_back({{"name", drive.name},
+                                  {"duration_s", drive.imu.back().t_s - drive.imu.front().t_s},
+                                  {"truth", truth_json(drive)}});
   }
   document["pipelines"] = json::array();
   const auto summaries = nav::summarize(results, pipelines, seed);
@@ -94,9 +114,9 @@ std::string comparison_text(const json& comparison) {
         "warning: the ANFIS learnt from {}, which it is judged by: its figures say nothing of other drives.\n",
         fmt::join(both->get<std::vector<std::string>>(), ", "));
   }
-  return fmt::format("{} outages of {} s on {} drive(s); horizontal position, means over outages\n{}{}",
+  return fmt::format("{} outages of {} s on {} drive(s); horizontal position, means over outages\n{}{}{}",
                      comparison["outages"].size(), comparison["length_s"].get<double>(), comparison["drives"].size(),
-                     text_table(table), explained);
+                     text_table(table), explained, truth_text(comparison["drives"]));
 }
 
 }  // namespace soak::station
