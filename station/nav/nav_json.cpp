@@ -47,19 +47,6 @@ json truth_json(const nav::Drive& drive) {
   return {{"from", kNames[static_cast<std::size_t>(drive.truth_source)]}, {"horizontal_sigma_m", drive.truth_sigma_m}};
 }
 
-/// What the errors are measured by, drive by drive; a simulation knows where it was.
-std::string truth_text(const json& drives) {
-  std::string text;
-  for (const json& drive : drives) {
-    const json& truth = drive["truth"];
-    if (truth["from"] == "simulation") continue;
-    text += fmt::format("truth of {}: from the {}, known to {:.3f} m (horizontal, one standard deviation)\n",
-                        drive["name"].get<std::string>(), truth["from"].get<std::string>(),
-                        truth["horizontal_sigma_m"].get<double>());
-  }
-  return text;
-}
-
 std::string with_interval(const json& estimate, double factor, int digits) {
   std::string value = fmt::format("{:.{}f}", factor * estimate["value"].get<double>(), digits);
   if (estimate["ci95"].is_null()) return value;
@@ -95,6 +82,27 @@ json comparison_json(std::span<const nav::Drive> drives, std::span<const nav::Ou
   return document;
 }
 
+std::vector<std::string> outage_remarks(const json& comparison) {
+  std::vector<std::string> sentences;
+  if (const auto raw = comparison.find("uncorrected"); raw != comparison.end() && !raw->empty()) {
+    sentences.push_back(fmt::format("The calibration file does not correct {}: these stayed raw.",
+                                    fmt::join(raw->get<std::vector<std::string>>(), ", ")));
+  }
+  if (const auto both = comparison.find("learnt_and_judged"); both != comparison.end()) {
+    sentences.push_back(fmt::format(
+        "warning: the ANFIS learnt from {}, which it is judged by: its figures say nothing of other drives.",
+        fmt::join(both->get<std::vector<std::string>>(), ", ")));
+  }
+  for (const json& drive : comparison["drives"]) {
+    const json& truth = drive["truth"];
+    if (truth["from"] == "simulation") continue;
+    sentences.push_back(fmt::format("Truth of {}: from the {}, known to {:.3f} m (horizontal, one standard deviation).",
+                                    drive["name"].get<std::string>(), truth["from"].get<std::string>(),
+                                    truth["horizontal_sigma_m"].get<double>()));
+  }
+  return sentences;
+}
+
 std::string comparison_text(const json& comparison) {
   std::vector<std::vector<std::string>> table = {
       {"pipeline", "RMSE m [95 %]", "error at the end m [95 %]", "less than the first % [95 %]"}};
@@ -105,18 +113,10 @@ std::string comparison_text(const json& comparison) {
     explained +=
         fmt::format("{}: {}\n", pipeline["name"].get<std::string>(), pipeline["description"].get<std::string>());
   }
-  if (const auto raw = comparison.find("uncorrected"); raw != comparison.end() && !raw->empty()) {
-    explained += fmt::format("The calibration file does not correct {}: these stayed raw.\n",
-                             fmt::join(raw->get<std::vector<std::string>>(), ", "));
-  }
-  if (const auto both = comparison.find("learnt_and_judged"); both != comparison.end()) {
-    explained += fmt::format(
-        "warning: the ANFIS learnt from {}, which it is judged by: its figures say nothing of other drives.\n",
-        fmt::join(both->get<std::vector<std::string>>(), ", "));
-  }
-  return fmt::format("{} outages of {} s on {} drive(s); horizontal position, means over outages\n{}{}{}",
+  for (const std::string& sentence : outage_remarks(comparison)) explained += sentence + "\n";
+  return fmt::format("{} outages of {} s on {} drive(s); horizontal position, means over outages\n{}{}",
                      comparison["outages"].size(), comparison["length_s"].get<double>(), comparison["drives"].size(),
-                     text_table(table), explained, truth_text(comparison["drives"]));
+                     text_table(table), explained);
 }
 
 }  // namespace soak::station

@@ -4,6 +4,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "nav/drive/drive.h"
 #include "nav/outages/outage_runner.h"
@@ -17,7 +18,11 @@ namespace soak::station {
                                              std::span<const nav::Pipeline> pipelines, double length_s,
                                              std::size_t seed);
 
-/// The same as a table of pipelines; with "uncorrected" (docs/schema) which sensors the calibration left raw.
+/// What must be known of a comparison beside its figures, as sentences: what the calibration left raw, what an ANFIS
+/// learnt that is judged, and what the truth of recorded drives is.
+[[nodiscard]] std::vector<std::string> outage_remarks(const nlohmann::json& comparison);
+
+/// The same as a table of pipelines; with outage_remarks().
 [[nodiscard]] std::string comparison_text(const nlohmann::json& comparison);
 
 }  // namespace soak::station
