@@ -65,7 +65,13 @@ struct OutageOptions {
     const auto results = run_outages(drives, tasks, pipelines, jobs, output.progress("outages"));
     output.end_progress();
     if (!results) return base::forward_error(results);
-    json document = comparison_json(drives, *results, pipelines, length_s, seed);
+    std::vector<nav::Innovations> fixes;
+    for (const nav::Drive& drive : drives) {
+      const auto found = nav::innovations_of(drive, raw_filter());
+      if (!found) return base::forward_error(found);
+      fixes.push_back(*found);
+    }
+    json document = comparison_json(drives, fixes, *results, pipelines, length_s, seed);
     document.update(more);
     if (!file.empty()) {
       const std::string page = outages_page(document, *results, "soak " + software_version(), now_utc_s());

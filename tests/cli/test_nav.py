@@ -145,6 +145,42 @@ class Outages(SoakTest):
         self.assertIn("drive.toml:9", error["where"])
         self.assertIn("'file'", error["message"])
 
+    def changed_fixes(self, change):
+        """Runs the fixes of the drive through change(index, cells)."""
+        header, *rows = (self.folder / "fixes.csv").read_text(encoding="utf-8").splitlines()
+        changed = [",".join(change(i, row.split(","))) for i, row in enumerate(rows)]
+        self.write("fixes.csv", "\n".join([header, *changed]) + "\n")
+
+    def test_fixes_that_are_wrong_by_what_they_say_have_the_median_of_chi_squared(self):
+        """The median of chi-squared with 3 degrees of freedom is 2.37; of 165 draws it scatters by 0.17, one standard deviation."""
+        drive = write_drive(self.folder)
+        noise = random.Random(9)
+
+        def with_noise(_, cells):
+            for cell, sigma in ((1, 1 / 111252), (2, 1 / 70197), (3, 1), (7, 0.3), (8, 0.3), (9, 0.3)):
+                cells[cell] = f"{float(cells[cell]) + noise.gauss(0, sigma):.12f}"
+            return [*cells[:4], "1", "1", "1", *cells[7:10], "0.3", "0.3", "0.3"]
+
+        self.changed_fixes(with_noise)
+        document = self.soak_json("nav-outages", "nav", "outages", drive, "--number", 1)
+        fixes = document["drives"][0]["fixes"]
+        self.assertEqual(fixes["number"], 200 - 32)  # from the first that is faster than 3 m/s
+        for what in ("position", "velocity"):
+            self.assertAlmostEqual(fixes[what]["median_nis"], 2.37, delta=3 * 0.17)
+            self.assertEqual(fixes[what]["left_out"], 0)
+        self.changed_fixes(lambda _, cells: [*cells[:4], "0.2", "0.2", "0.2", *cells[7:]])
+        too_sure = self.soak_json("nav-outages", "nav", "outages", drive, "--number", 1)["drives"][0]["fixes"]["position"]
+        self.assertGreater(too_sure["median_nis"], 5 * 2.37)
+        self.assertGreater(too_sure["left_out"], 10)
+
+    def test_fixes_that_jump_and_stay_there_are_believed_after_ten(self):
+        """As where a receiver was wrong before: a filter that left out all of them would stay 100 m away for the rest of the drive."""
+        drive = write_drive(self.folder)
+        self.changed_fixes(lambda i, cells: [*cells[:2], f"{float(cells[2]) + (100 / 70197 if i >= 80 else 0):.12f}", *cells[3:]])
+        document = self.soak_json("nav-outages", "nav", "outages", drive, "--number", 1, "--first-s", 160)
+        self.assertGreaterEqual(document["drives"][0]["fixes"]["position"]["left_out"], 10)
+        self.assertLess(document["outages"][0]["errors"]["raw"]["horizontal_final_m"], 50)
+
     def test_a_drive_that_is_too_short_is_refused(self):
         error = self.refusal("nav", "outages", write_drive(self.folder, seconds=100))
         self.assertEqual(error["where"], "straight")
