@@ -3,7 +3,7 @@
 // are drawn from into the page. Its modules are joined into one script there: no name twice, one line for each import.
 
 import { Axis, LogAxis } from "./axes.mjs";
-import { BELOW, draw, Panel, TOP } from "./figure.mjs";
+import { BELOW, draw, LEFT, Panel, RIGHT, TOP } from "./figure.mjs";
 import { significant } from "./format.mjs";
 
 const HEIGHT = 340;
@@ -214,6 +214,35 @@ function drawGap(figure, { unit, temp_min_c, temp_max_c, panels }) {
   draw(figure, TOP + GAP_PANEL + (panels.length - 1) * (GAP_PANEL + 36) + BELOW, drawn, legend);
 }
 
+const pipelineLegend = () => data.pipelines.map((name, i) => [`line ${runStyle(i)}`, name]);
+
+/** Horizontal position error of each pipeline: [seconds since the outage began, metres]. */
+function drawErrors(figure, lines) {
+  const all = lines.flat();
+  const [x, y] = [new Range().take(all.map(([after_s]) => after_s)), new Range().take([0, ...ordinates(all)])];
+  const panel = new Panel(TOP, HEIGHT - BELOW, new Axis(0, x.high), y.axis, "time since the outage began, s", "horizontal error, m");
+  for (const [i, line] of lines.entries()) panel.line(line, runStyle(i));
+  draw(figure, HEIGHT, [panel], pipelineLegend());
+}
+
+/** Where the antenna was, and where each pipeline took it to be; a metre to the east is as long as one to the north. */
+function drawTrack(figure, { truth, tracks }) {
+  const all = [truth, ...tracks].flat();
+  const [east, north] = [0, 1].map((axis) => new Range().take(all.map((point) => point[axis])));
+  const [width, height] = [RIGHT - LEFT, HEIGHT - BELOW - TOP];
+  const metresPerPixel = 1.1 * Math.max(east.span / width, north.span / height, 0.01);
+  const axis = ({ low, high }, pixels) => {
+    const [middle, half] = [(low + high) / 2, (metresPerPixel * pixels) / 2];
+    return new Axis(middle - half, middle + half);
+  };
+  const panel = new Panel(TOP, HEIGHT - BELOW, axis(east, width), axis(north, height), "east, m", "north, m");
+  for (const [i, track] of tracks.entries()) panel.line(track, runStyle(i));
+  panel.line(truth, "curve");
+  panel.marks(truth.slice(0, 1), "ring", "fresh");
+  const legend = [["line curve", "truth"], ["ring fresh", "begins here"], ...pipelineLegend()];
+  draw(figure, HEIGHT, [panel], legend);
+}
+
 const CHARTS = {
   curve(figure, sensor) {
     const { rows, unit } = sensor;
@@ -225,6 +254,8 @@ const CHARTS = {
   residuals: drawResiduals,
   gap: drawGap,
   allan: (figure) => drawAllan(figure, figure.dataset.of),
+  error: (figure) => drawErrors(figure, figure.dataset.of === "mean" ? data.mean : data.outages[figure.dataset.of].errors),
+  track: (figure) => drawTrack(figure, data.outages[figure.dataset.of]),
   check: (figure) => drawCheck(figure, figure.dataset.of, data.check[figure.dataset.unit]),
 };
 

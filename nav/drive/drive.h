@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <optional>
 #include <string>
@@ -40,6 +41,9 @@ struct TruthPoint {
   std::optional<Quaternion> body_to_level;  ///< absent: the recording has no attitude
 };
 
+/// What a drive's truth is: of a simulation, the receiver's fixes, another file, or smoothed (nav/filter/smoother.h).
+enum class TruthSource : std::uint8_t { simulation, fixes, file, smoother };
+
 /// A drive with one time scale for all of it.
 struct Drive {
   std::string name;
@@ -49,6 +53,8 @@ struct Drive {
   Eigen::Vector3d lever_arm_m = Eigen::Vector3d::Zero();  ///< from the unit to the antenna, body axes
   /// Turns the unit's own axes, in which it was calibrated, into body axes: how it is mounted.
   Eigen::Matrix3d unit_to_body = Eigen::Matrix3d::Identity();
+  TruthSource truth_source = TruthSource::simulation;
+  double truth_sigma_m = 0.0;  ///< horizontal standard deviation of the truth, root of the mean square
 };
 
 /// A stretch without satellite navigation.

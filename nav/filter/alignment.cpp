@@ -53,6 +53,16 @@ Matrix3d carried(const Drive& drive, const Means& rest, double from_s, double un
   return to_matrix(attitude);
 }
 
+/// By how much the antenna is accelerated more than the unit, ω' × l + ω × (ω × l), body axes.
+Vector3d beside_mps2(const Drive& drive, double t_s) {
+  const Vector3d rate_rps = means_between(drive.imu, t_s - kHalfWindow_s, t_s + kHalfWindow_s).rate_rps;
+  const Means before = means_between(drive.imu, t_s - kHalfWindow_s, t_s);
+  const Means after = means_between(drive.imu, t_s, t_s + kHalfWindow_s);
+  Vector3d faster_rps2 = Vector3d::Zero();
+  if (before.samples > 0.0 && after.samples > 0.0) faster_rps2 = (after.rate_rps - before.rate_rps) / kHalfWindow_s;
+  return cross(faster_rps2, drive.lever_arm_m) + cross(rate_rps, cross(rate_rps, drive.lever_arm_m));
+}
+
 /// Pitch and roll in motion. The level force, seen from the heading, has its own "pitch" and "roll": those of a unit
 /// that reads it are the differences.
 Euler leveled_in_motion(const Drive& drive, std::size_t fix, double heading_rad) {
@@ -63,8 +73,9 @@ Euler leveled_in_motion(const Drive& drive, std::size_t fix, double heading_rad)
   Vector3d acceleration = Vector3d::Zero();
   if (between_s > 0.0) acceleration = (next.velocity_mps - before.velocity_mps) / between_s;
   const Means means = means_between(drive.imu, at.t_s - kHalfWindow_s, at.t_s + kHalfWindow_s);
+  const Matrix3d level_to_heading = matrix_of({heading_rad, 0.0, 0.0}).transpose();
   const Vector3d seen =
-      matrix_of({heading_rad, 0.0, 0.0}).transpose() * (acceleration + Vector3d(0.0, 0.0, base::kStandardGravity_mps2));
+      level_to_heading * (acceleration + Vector3d(0.0, 0.0, base::kStandardGravity_mps2)) - beside_mps2(drive, at.t_s);
   const Euler read = leveled(means.force_mps2);
   const Euler level = leveled(seen);
   return {heading_rad, read.pitch_rad - level.pitch_rad, read.roll_rad - level.roll_rad};

@@ -32,10 +32,10 @@ struct AlignmentOptions {
 
 /// A start at the first fix that is fast enough. A rest at the beginning of the drive (fixes slower than 0.3 m/s) gives
 /// pitch, roll and the biases of the gyros (less the Earth's rotation), which then carry the attitude to the start;
-/// without one, pitch and roll come from the specific force less the acceleration between two fixes, and the biases
-/// begin at 0. Heading: course over ground less what the antenna moves beside the unit in a turn; the vehicle drives
-/// forwards. The drive must be validate()d. Refuses (bad_input) a drive that is never fast enough, or has no readings
-/// there.
+/// without one, pitch and roll come from the specific force less the acceleration between two fixes, that of the
+/// antenna about the unit taken off, and the biases begin at 0. Heading: course over ground less what the antenna moves
+/// beside the unit in a turn; the vehicle drives forwards. The drive must be validate()d. Refuses (bad_input) a drive
+/// that is never fast enough, or has no readings there.
 [[nodiscard]] base::Result<Start> align(const Drive& drive, const AlignmentOptions& options);
 
 }  // namespace soak::nav

@@ -60,7 +60,9 @@ void FilterRun::watch_standstill(const ImuSample& sample) {
 
 void FilterRun::predict_to(double t_s) {
   while (const auto piece = feed_.next(t_s)) {
+    if (before_prediction) before_prediction(filter_);
     filter_.predict(piece->sample->rate_rps, piece->sample->force_mps2, piece->duration_s);
+    if (after_prediction) after_prediction(filter_);
     if (options_.standstill) watch_standstill(*piece->sample);
     if (!options_.non_holonomic || feed_.now_s() < next_constraint_s_) continue;
     filter_.update_non_holonomic(options_.non_holonomic->sigma_mps);

@@ -35,6 +35,9 @@ class FilterRun {
 
   /// Called after each fix with what became of its position and of its velocity.
   std::function<void(const GnssFix&, const Innovation& position, const Innovation& velocity)> on_fix;
+  /// Called before and after the filter is carried on by a sample or a part of one.
+  std::function<void(const NavigationFilter&)> before_prediction;
+  std::function<void(const NavigationFilter&)> after_prediction;
 
  private:
   void predict_to(double t_s);

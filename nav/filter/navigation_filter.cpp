@@ -29,6 +29,14 @@ const SensorModel& model_of(const SensorModels& sensors, std::size_t i) { return
 
 double squared(double x) { return x * x; }
 
+Eigen::MatrixXd dense(const Covariance& matrix, int states) {
+  Eigen::MatrixXd copy(states, states);
+  for (int i = 0; i < states; ++i) {
+    for (int j = 0; j < states; ++j) copy(i, j) = matrix.at(i, j);
+  }
+  return copy;
+}
+
 }  // namespace
 
 NavigationFilter::NavigationFilter(const Start& start, const FilterOptions& options, const Vector3d& lever_arm_m)
@@ -147,7 +155,7 @@ Innovation NavigationFilter::update_states(const Measurement& measurement) {
       p_.at(j, i) = p_.at(i, j);
     }
   }
-  Eigen::Matrix<double, kMostStates, 1> errors = Eigen::Matrix<double, kMostStates, 1>::Zero();
+  Errors errors = Errors::Zero();
   errors.head<N>() = k * measurement.z;
   feed_back(errors);
   return innovation;
@@ -157,7 +165,7 @@ Innovation NavigationFilter::update(const Measurement& measurement) {
   return options_.scale_states ? update_states<21>(measurement) : update_states<15>(measurement);
 }
 
-void NavigationFilter::feed_back(const Eigen::Matrix<double, kMostStates, 1>& errors) {
+void NavigationFilter::feed_back(const Errors& errors) {
   NavState state = mechanization_.state();
   state.position = moved(state.position, -errors.segment<3>(kPosition));
   state.velocity_mps -= errors.segment<3>(kVelocity);
@@ -168,6 +176,7 @@ void NavigationFilter::feed_back(const Eigen::Matrix<double, kMostStates, 1>& er
   gyro_bias_ += errors.segment<3>(kGyroBias);
   accel_scale_ += errors.segment<3>(kAccelScale);
   gyro_scale_ += errors.segment<3>(kGyroScale);
+  fed_back_ += errors;
 }
 
 Vector3d NavigationFilter::lever_level_m() const { return to_matrix(state().body_to_level) * lever_arm_m_; }
@@ -240,12 +249,13 @@ Innovation NavigationFilter::update_non_holonomic(double sigma_mps) {
   return update(slide);
 }
 
-Eigen::MatrixXd NavigationFilter::covariance() const {
-  Eigen::MatrixXd p(states_, states_);
-  for (int i = 0; i < states_; ++i) {
-    for (int j = 0; j < states_; ++j) p(i, j) = p_.at(i, j);
-  }
-  return p;
+Eigen::MatrixXd NavigationFilter::covariance() const { return dense(p_, states_); }
+
+Eigen::MatrixXd NavigationFilter::transition() const {
+  Covariance phi;
+  for (int i = 0; i < states_; ++i) phi.at(i, i) = 1.0;
+  apply(transition_, phi);
+  return dense(phi, states_);
 }
 
 }  // namespace soak::nav

@@ -66,6 +66,9 @@ struct Innovation {
 /// 0.1 s (the neglected term of the second order is then below 1 % of that of the first for turns below 10°/s).
 class NavigationFilter {
  public:
+  /// Errors of the states, in the order of covariance(); without scale states the last six are zero.
+  using Errors = Eigen::Matrix<double, kMostStates, 1>;
+
   NavigationFilter(const Start& start, const FilterOptions& options, const Eigen::Vector3d& lever_arm_m);
 
   /// Carries state and covariance over an interval with these readings. duration > 0.
@@ -80,6 +83,8 @@ class NavigationFilter {
   Innovation update_standstill(double sigma_mps);
   /// The vehicle neither slides nor jumps. Body axes must be those of the vehicle.
   Innovation update_non_holonomic(double sigma_mps);
+  /// Takes errors out of the estimate, as all updates do; the covariance stays.
+  void feed_back(const Errors& errors);
 
   [[nodiscard]] const NavState& state() const { return mechanization_.state(); }
   [[nodiscard]] Geodetic antenna() const;
@@ -92,6 +97,10 @@ class NavigationFilter {
 
   /// Of the errors: position, velocity, attitude, accelerometer and gyro biases, their scale factors; 15 or 21 square.
   [[nodiscard]] Eigen::MatrixXd covariance() const;
+  /// Φ of the last prediction, of the same errors.
+  [[nodiscard]] Eigen::MatrixXd transition() const;
+  /// All that feed_back() has taken out so far, summed.
+  [[nodiscard]] const Errors& fed_back() const { return fed_back_; }
 
  private:
   enum Kind : std::uint8_t { position, velocity, standing, sideways, computed };
@@ -109,7 +118,6 @@ class NavigationFilter {
   template <int N>
   Innovation update_states(const Measurement& measurement);
   bool passes_gate(const Innovation& innovation, Kind kind);
-  void feed_back(const Eigen::Matrix<double, kMostStates, 1>& errors);
   void add_half_of_noise(double duration_s);
   void keep_biases(double duration_s);
   [[nodiscard]] Eigen::Vector3d lever_level_m() const;
@@ -128,10 +136,11 @@ class NavigationFilter {
   Eigen::Vector3d gyro_scale_ = Eigen::Vector3d::Zero();
   Eigen::Vector3d accel_scale_ = Eigen::Vector3d::Zero();
   Eigen::Vector3d rate_rps_ = Eigen::Vector3d::Zero();  ///< the last corrected reading
-  double interval_s_ = 0.0;                             ///< for which what follows was computed
-  std::array<double, 6> bias_variance_{};               ///< half of what an interval adds: accelerometers, gyros
-  std::array<double, 4> gate_{};                        ///< limit of the NIS by degrees of freedom
-  std::array<int, 4> left_out_{};  ///< measurements in a row, of the kinds that the gate may leave out
+  Errors fed_back_ = Errors::Zero();
+  double interval_s_ = 0.0;                ///< for which what follows was computed
+  std::array<double, 6> bias_variance_{};  ///< half of what an interval adds: accelerometers, gyros
+  std::array<double, 4> gate_{};           ///< limit of the NIS by degrees of freedom
+  std::array<int, 4> left_out_{};          ///< measurements in a row, of the kinds that the gate may leave out
 };
 
 }  // namespace soak::nav

@@ -106,6 +106,11 @@ void find_transition(const StepTerms& terms, const Vector3d& velocity_mps, const
   t.ps = t.pg * rate_rps.asDiagonal();
 }
 
+void apply(const Transition& transition, Covariance& m) {
+  const Covariance before = m;
+  apply<kRow>(transition, before.values.data(), m.values.data());
+}
+
 void propagate(const Transition& transition, Covariance& p) {
   if (transition.has_scales) {
     propagate_rows<kRow>(transition, p);

@@ -39,7 +39,10 @@ struct Transition {
 void find_transition(const StepTerms& terms, const Eigen::Vector3d& velocity_mps, const Eigen::Vector3d& rate_rps,
                      const Eigen::Vector3d& force_mps2, double duration_s, Transition& transition);
 
-/// P ← Φ P Φᵀ with Φ = I + F dt.
+/// M ← Φ M with Φ = I + F dt; M need not be symmetric.
+void apply(const Transition& transition, Covariance& m);
+
+/// P ← Φ P Φᵀ.
 void propagate(const Transition& transition, Covariance& p);
 
 }  // namespace soak::nav

@@ -73,7 +73,8 @@ base::Result<OutageResult> run_outage(const Drive& drive, const Outage& outage, 
   const std::span<const TruthPoint> truth(first, last);
   std::vector<double> t_s;
   for (const TruthPoint& point : truth) t_s.push_back(point.t_s);
-  OutageResult result{outage, drive.name, 0.0, {}};
+  OutageResult result{outage, drive.name, 0.0, {}, {}};
+  for (const TruthPoint& point : truth) result.track_m.push_back(offset_m(truth.front().position, point.position));
   for (std::size_t i = 1; i < truth.size(); ++i) {
     result.distance_m += offset_m(truth[i - 1].position, truth[i].position).norm();
   }

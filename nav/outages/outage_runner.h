@@ -40,6 +40,8 @@ struct OutageResult {
   Outage outage;
   std::string drive;
   double distance_m = 0.0;  ///< that the antenna went meanwhile, in straight lines between truths
+  /// Where it was at each truth, from where it was at the first one, along east, north, up.
+  std::vector<Eigen::Vector3d> track_m;
   std::vector<OutageErrors> pipelines;
 };
 

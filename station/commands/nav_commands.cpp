@@ -13,12 +13,15 @@
 #include "station/commands/command.h"
 #include "station/commands/shared.h"
 #include "station/io/data_folder.h"
+#include "station/io/host.h"
+#include "station/io/text_file.h"
 #include "station/nav/drive_file.h"
 #include "station/nav/free_inertial.h"
 #include "station/nav/nav_json.h"
 #include "station/nav/outage_batch.h"
 #include "station/nav/simulated_drive.h"
 #include "station/records/calibration_reader.h"
+#include "station/report/page.h"
 
 namespace soak::station {
 namespace {
@@ -36,6 +39,7 @@ struct OutageOptions {
   double first_s = 120.0;
   std::size_t seed = 1;
   int jobs = 0;
+  std::string file{};
 
   void declare(OptionList& options) {
     options.add("--number N", &number, "Outages on each drive, evenly spread").range(1, 1000).with_default();
@@ -45,11 +49,13 @@ struct OutageOptions {
         .with_default();
     options.add("--seed N", &seed, "Seed of all that is random").range(0, 1e9).with_default();
     options.add("--jobs N", &jobs, "Threads (default: one per processor)").range(0, 1024);
+    options.add("-o,--output FILE.html", &file, "Also write a page with tracks and errors over time to this file");
   }
 
-  /// Runs the outages on all drives; the comparison's document.
+  /// Runs the outages on all drives; the comparison's document with `more` in it. Writes the page that was asked for.
   [[nodiscard]] base::Result<json> compare(const std::vector<nav::Drive>& drives,
-                                           const std::vector<nav::Pipeline>& pipelines, Output& output) const {
+                                           const std::vector<nav::Pipeline>& pipelines, const json& more,
+                                           Output& output) const {
     std::vector<OutageTask> tasks;
     for (std::size_t d = 0; d < drives.size(); ++d) {
       const auto outages = nav::spread_outages(drives[d], first_s, length_s, number);
@@ -59,7 +65,19 @@ struct OutageOptions {
     const auto results = run_outages(drives, tasks, pipelines, jobs, output.progress("outages"));
     output.end_progress();
     if (!results) return base::forward_error(results);
-    return comparison_json(drives, *results, pipelines, length_s, seed);
+    std::vector<nav::Innovations> fixes;
+    for (const nav::Drive& drive : drives) {
+      const auto found = nav::innovations_of(drive, raw_filter());
+      if (!found) return base::forward_error(found);
+      fixes.push_back(*found);
+    }
+    json document = comparison_json(drives, fixes, *results, pipelines, length_s, seed);
+    document.update(more);
+    if (!file.empty()) {
+      const std::string page = outages_page(document, *results, "soak " + software_version(), now_utc_s());
+      if (const auto written = write_text_file(file, page); !written) return base::forward_error(written);
+    }
+    return document;
   }
 };
 
@@ -148,22 +166,21 @@ base::Status NavOutages::run(Output& output) {
     drives.push_back(*std::move(drive));
   }
   std::optional<nav::Correction> correction;
-  json uncorrected;
+  json more = json::object();
   if (!calibration.empty()) {
     const auto loaded = read_calibration(calibration);
     if (!loaded) return base::forward_error(loaded);
     const auto made = device_correction(loaded->bytes);
     if (!made) return base::fail(made.error().kind, made.error().message, calibration);
     correction = made->correct;
-    uncorrected = json::array();
-    for (const calib::Sensor sensor : made->raw) uncorrected.push_back(calib::name_of(sensor));
+    more["uncorrected"] = json::array();
+    for (const calib::Sensor sensor : made->raw) more["uncorrected"].push_back(calib::name_of(sensor));
   }
   auto pipelines = standard_pipelines(correction);
   if (auto status = add_further(also, [this] { return drives_to_learn_from(); }, pipelines); !status) return status;
-  auto document = outages.compare(drives, pipelines, output);
+  if (auto both = learnt_and_judged(); !both.empty()) more["learnt_and_judged"] = std::move(both);
+  const auto document = outages.compare(drives, pipelines, more, output);
   if (!document) return base::forward_error(document);
-  if (!uncorrected.is_null()) (*document)["uncorrected"] = std::move(uncorrected);
-  if (auto both = learnt_and_judged(); !both.empty()) (*document)["learnt_and_judged"] = std::move(both);
   if (output.json()) return output.print_json(*document);
   output.print(comparison_text(*document));
   return {};
@@ -221,12 +238,13 @@ base::Status NavCompare::run(Output& output) {
       curve_correction([known](calib::Sensor sensor, double temp_c) { return known * example_curve(sensor, temp_c); });
   auto pipelines = standard_pipelines(correction);
   if (auto status = add_further(also, learn_from, pipelines); !status) return status;
-  auto document = outages.compare(made, pipelines, output);
+  const json more = {{"simulated",
+                      {{"errors", request.errors.name},
+                       {"temp_start_c", temp_start_c},
+                       {"temp_end_c", temp_end_c},
+                       {"left_percent", left_percent}}}};
+  const auto document = outages.compare(made, pipelines, more, output);
   if (!document) return base::forward_error(document);
-  (*document)["simulated"] = {{"errors", request.errors.name},
-                              {"temp_start_c", temp_start_c},
-                              {"temp_end_c", temp_end_c},
-                              {"left_percent", left_percent}};
   if (output.json()) return output.print_json(*document);
   output.print(fmt::format("simulated drives, errors of {}, from {} to {} °C\n{}", errors, temp_start_c, temp_end_c,
                            comparison_text(*document)));
@@ -299,7 +317,7 @@ base::Result<json> NavImpact::drive(const calib::Calibration& calibration, const
     };
     made.push_back(simulated_drive(request));
   }
-  return outages.compare(made, standard_pipelines(curve_correction(curve)), output);
+  return outages.compare(made, standard_pipelines(curve_correction(curve)), json::object(), output);
 }
 
 std::string impact_text(const json& document) {

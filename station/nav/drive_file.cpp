@@ -2,23 +2,23 @@
 #include "station/nav/drive_file.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <filesystem>
 #include <limits>
 #include <optional>
 #include <string_view>
+#include <utility>
 #include <vector>
 
-#include "base/text.h"
 #include "base/units.h"
-#include "calib/vocabulary/sensor.h"
+#include "nav/filter/smoother.h"
+#include "nav/outages/pipeline.h"
 #include "settings/reader.h"
-#include "station/import/channel.h"
-#include "station/io/csv_scanner.h"
-#include "station/io/text_file.h"
+#include "station/nav/outage_batch.h"
+#include "station/nav/reading_file.h"
 #include "station/nav/solution_file.h"
 
 namespace soak::station {
@@ -28,6 +28,9 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 constexpr settings::Limits kAny = {-1e12, 1e12};
+
+/// Between two points of a smoothed truth: a car goes some metres meanwhile.
+constexpr double kSmoothedEvery_s = 0.25;
 
 /// What a drive file says.
 struct DriveFile {
@@ -44,6 +47,7 @@ struct DriveFile {
   double least_sigma_m = 0.0;
   double least_sigma_mps = 0.0;
   std::string truth_file;
+  bool smoothed_truth = false;
 };
 
 /// Three numbers under a key; zeros where it is absent.
@@ -97,121 +101,68 @@ DriveFile drive_file_of(const settings::Table& root) {
   file.every = gnss.whole("every", {1.0, 1000.0}, 1);
   file.least_sigma_m = gnss.number("least_sigma_m", {0.0, 100.0}, 0.0);
   file.least_sigma_mps = gnss.number("least_sigma_mps", {0.0, 100.0}, 0.0);
-  file.truth_file = root.section("truth").text("file", file.gnss_file);
+  const settings::Table truth = root.section("truth");
+  file.truth_file = truth.text("file", file.gnss_file);
+  file.smoothed_truth = truth.flag("smoothed", false);
+  if (file.smoothed_truth && truth.has("file")) {
+    truth.refuse("smoothed",
+                 "'smoothed' makes the truth from the fixes and the readings: it must not stand beside 'file'");
+  }
   return file;
 }
 
-/// Which column is what.
-struct ImuColumns {
-  std::array<std::size_t, calib::kSensorCount> sensor{};
-  std::array<Conversion, calib::kSensorCount> to_si{};
-  std::size_t time = 0;
-  double time_scale = 1.0;
-  std::optional<std::size_t> temp;
-  Conversion temp_to_si = nullptr;
-};
-
-base::Result<ImuColumns> columns_of(const std::vector<std::string>& headers, const std::string& path) {
-  ImuColumns columns;
-  std::array<bool, calib::kSensorCount> found{};
-  bool has_time = false;
-  for (std::size_t i = 0; i < headers.size(); ++i) {
-    const auto meaning = meaning_of_header(headers[i]);
-    if (!meaning) return base::bad_input(meaning.error().message, path);
-    if (meaning->role == ColumnRole::time && !has_time) {
-      has_time = true;
-      columns.time = i;
-      columns.time_scale = meaning->scale;
-    }
-    if (meaning->name == "temp_c") {
-      columns.temp = i;
-      columns.temp_to_si = conversion_to_si(meaning->unit);
-    }
-    const auto sensor = calib::sensor_named(meaning->name);
-    if (!sensor) continue;
-    if (found[calib::index_of(*sensor)]) {
-      return base::bad_input(
-          fmt::format("the columns '{}' and '{}' are of the same sensor: only one of them may be named",
-                      headers[columns.sensor[calib::index_of(*sensor)]], headers[i]),
-          path);
-    }
-    found[calib::index_of(*sensor)] = true;
-    columns.sensor[calib::index_of(*sensor)] = i;
-    columns.to_si[calib::index_of(*sensor)] = conversion_to_si(meaning->unit);
-  }
-  if (has_time && std::ranges::all_of(found, [](bool is) { return is; })) return columns;
-  return base::bad_input(
-      fmt::format("the columns must hold a time (t_s, t_ms, t_us), three gyros (gx_dps ...) and three "
-                  "accelerometers (ax_mps2 ...); there are {}",
-                  fmt::join(headers, ", ")),
-      path);
-}
-
-base::Result<nav::ImuSample> sample_of(const std::vector<std::string_view>& cells, const ImuColumns& columns,
-                                       const Matrix3d& unit_to_body, const std::string& where) {
-  const auto number = [&](std::size_t index) -> base::Result<double> {
-    if (index >= cells.size()) return base::bad_input(fmt::format("the row has only {} cells", cells.size()), where);
-    const auto value = base::parse_double(trimmed(cells[index]));
-    if (value) return *value;
-    return base::bad_input(fmt::format("'{}' is no number", cells[index]), where);
-  };
-  nav::ImuSample sample;
-  const auto time = number(columns.time);
-  if (!time) return base::forward_error(time);
-  sample.t_s = *time * columns.time_scale;
-  for (const calib::Sensor sensor : calib::kSensors) {
-    const auto value = number(columns.sensor[calib::index_of(sensor)]);
-    if (!value) return base::forward_error(value);
-    const double si = columns.to_si[calib::index_of(sensor)](*value);
-    const auto axis = static_cast<Eigen::Index>(calib::axis_of(sensor));
-    (calib::is_gyro(sensor) ? sample.rate_rps : sample.force_mps2)(axis) = si;
-  }
-  sample.rate_rps = unit_to_body * sample.rate_rps;
-  sample.force_mps2 = unit_to_body * sample.force_mps2;
-  if (columns.temp) {
-    const auto temp = number(*columns.temp);
-    if (!temp) return base::forward_error(temp);
-    sample.temp_c = columns.temp_to_si(*temp);
-  }
-  return sample;
-}
-
-base::Result<std::vector<nav::ImuSample>> read_samples(const std::filesystem::path& path, const DriveFile& file) {
-  const auto text = read_text_file(path);
-  if (!text) return base::forward_error(text);
-  const std::string_view whole = *text;
-  CsvScanner scanner(whole.starts_with(kByteOrderMark) ? whole.substr(kByteOrderMark.size()) : whole, ',');
-  std::vector<std::string_view> cells;
-  std::vector<std::string> headers = file.columns;
-  std::optional<ImuColumns> columns;
-  std::vector<nav::ImuSample> samples;
-  while (true) {
-    const std::string before = fmt::format("{}, line {}", path.string(), scanner.line() + 1);
-    const auto more = scanner.next(cells);
-    if (!more) return base::bad_input(more.error().message, before);
-    if (!*more) break;
-    if (!columns) {
-      const bool first_line_names = headers.empty();
-      if (first_line_names) {
-        for (const std::string_view cell : cells) headers.emplace_back(trimmed(cell));
-      }
-      const auto found = columns_of(headers, path.string());
-      if (!found) return base::forward_error(found);
-      columns = *found;
-      if (first_line_names) continue;
-    }
-    const auto sample =
-        sample_of(cells, *columns, file.unit_to_body, fmt::format("{}, line {}", path.string(), scanner.line()));
-    if (!sample) return base::forward_error(sample);
-    samples.push_back(*sample);
-  }
-  if (samples.empty()) return base::bad_input("the file has no rows", path.string());
+/// Puts the times of the rows on the receiver's scale.
+void set_clock(std::vector<nav::ImuSample>& samples, const DriveFile& file) {
   const double first_s = samples.front().t_s;
   for (nav::ImuSample& sample : samples) {
     if (file.start_s) sample.t_s = *file.start_s + (sample.t_s - first_s) * file.clock_ratio;
     sample.t_s += file.offset_s;
   }
-  return samples;
+}
+
+nav::Drive drive_without_fixes(const DriveFile& file, std::vector<nav::ImuSample> samples) {
+  nav::Drive drive;
+  drive.name = file.name;
+  drive.lever_arm_m = file.lever_arm_m;
+  drive.unit_to_body = file.unit_to_body;
+  drive.imu = std::move(samples);
+  return drive;
+}
+
+std::vector<nav::GnssFix> believable(std::vector<nav::GnssFix> fixes, const DriveFile& file) {
+  for (nav::GnssFix& fix : fixes) {
+    fix.position_sigma_m = fix.position_sigma_m.cwiseMax(file.least_sigma_m);
+    fix.velocity_sigma_mps = fix.velocity_sigma_mps.cwiseMax(file.least_sigma_mps);
+  }
+  return fixes;
+}
+
+void set_truth(nav::Drive& drive, const std::vector<nav::GnssFix>& points) {
+  double variance_m2 = 0.0;
+  for (const nav::GnssFix& point : points) {
+    drive.truth.push_back({point.t_s, point.position, point.velocity_mps, std::nullopt});
+    variance_m2 += point.position_sigma_m.head<2>().squaredNorm() / static_cast<double>(points.size());
+  }
+  drive.truth_sigma_m = std::sqrt(variance_m2);
+}
+
+/// From the start of the filter to the last fix, by all fixes of the drive and the filter of `raw`.
+base::Status smooth_truth(nav::Drive& drive) {
+  const auto setup = nav::set_up(raw_filter(), drive);
+  if (!setup) return base::forward_error(setup);
+  const double end_s = std::min(drive.gnss.back().t_s, drive.imu.back().t_s);
+  std::vector<double> t_s;
+  for (int i = 1; setup->start.t_s + i * kSmoothedEvery_s <= end_s; ++i) {
+    t_s.push_back(setup->start.t_s + i * kSmoothedEvery_s);
+  }
+  double variance_m2 = 0.0;
+  for (const nav::SmoothedPoint& point : nav::smoothed(drive, setup->start, setup->options, t_s)) {
+    drive.truth.push_back({point.t_s, point.antenna, point.antenna_velocity_mps, point.state.body_to_level});
+    variance_m2 += (point.covariance(0, 0) + point.covariance(1, 1)) / static_cast<double>(t_s.size());
+  }
+  drive.truth_source = nav::TruthSource::smoother;
+  drive.truth_sigma_m = std::sqrt(variance_m2);
+  return {};
 }
 
 }  // namespace
@@ -220,24 +171,27 @@ base::Result<nav::Drive> read_drive(const std::string& path) {
   const auto file = settings::read_file(path, drive_file_of);
   if (!file) return base::forward_error(file);
   const std::filesystem::path folder = std::filesystem::path(path).parent_path();
-  auto samples = read_samples(folder / file->imu_file, *file);
+  auto samples = read_samples(folder / file->imu_file, file->columns, file->unit_to_body);
   if (!samples) return base::forward_error(samples);
+  set_clock(*samples, *file);
   auto fixes = read_solutions(folder / file->gnss_file);
   if (!fixes) return base::forward_error(fixes);
-  const auto truth = file->truth_file == file->gnss_file ? fixes : read_solutions(folder / file->truth_file);
-  if (!truth) return base::forward_error(truth);
-  nav::Drive drive;
-  drive.name = file->name;
-  drive.lever_arm_m = file->lever_arm_m;
-  drive.unit_to_body = file->unit_to_body;
-  drive.imu = *std::move(samples);
-  for (std::size_t i = 0; i < fixes->size(); i += static_cast<std::size_t>(file->every)) {
-    nav::GnssFix fix = (*fixes)[i];
-    fix.position_sigma_m = fix.position_sigma_m.cwiseMax(file->least_sigma_m);
-    fix.velocity_sigma_mps = fix.velocity_sigma_mps.cwiseMax(file->least_sigma_mps);
-    drive.gnss.push_back(fix);
+  nav::Drive drive = drive_without_fixes(*file, *std::move(samples));
+  drive.gnss = believable(*fixes, *file);
+  if (file->smoothed_truth) {
+    if (auto status = nav::validate(drive); !status) return base::forward_error(status);
+    if (auto status = smooth_truth(drive); !status) return base::forward_error(status);
+  } else if (file->truth_file == file->gnss_file) {
+    drive.truth_source = nav::TruthSource::fixes;
+    set_truth(drive, *fixes);
+  } else {
+    const auto truth = read_solutions(folder / file->truth_file);
+    if (!truth) return base::forward_error(truth);
+    drive.truth_source = nav::TruthSource::file;
+    set_truth(drive, *truth);
   }
-  for (const nav::GnssFix& fix : *truth) drive.truth.push_back({fix.t_s, fix.position, fix.velocity_mps, std::nullopt});
+  std::size_t number = 0;
+  std::erase_if(drive.gnss, [&](const nav::GnssFix&) { return number++ % static_cast<std::size_t>(file->every) != 0; });
   if (auto status = nav::validate(drive); !status) return base::forward_error(status);
   return drive;
 }

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "base/statistics.h"
 #include "station/io/output.h"
 
 namespace soak::station {
@@ -42,6 +43,35 @@ json outage_json(const nav::OutageResult& result, std::span<const nav::Pipeline>
           {"errors", std::move(errors)}};
 }
 
+json statistics_json(const nav::FixStatistics& statistics) {
+  json median;
+  if (std::isfinite(statistics.median_nis)) median = statistics.median_nis;
+  return {{"median_nis", std::move(median)}, {"left_out", statistics.left_out}};
+}
+
+json fixes_json(const nav::Innovations& fixes) {
+  return {{"number", fixes.fixes},
+          {"position", statistics_json(fixes.position)},
+          {"velocity", statistics_json(fixes.velocity)}};
+}
+
+std::string fixes_sentence(const std::string& drive, const json& fixes) {
+  const auto of = [&](const char* what) {
+    const json& statistics = fixes[what];
+    return fmt::format("{} {:.2g} ({} left out as outliers)", what, statistics["median_nis"].get<double>(),
+                       statistics["left_out"].get<std::size_t>());
+  };
+  return fmt::format(
+      "Fixes of {}: {}; median of the normalised innovations squared: {}, {}. Where the standard "
+      "deviations are right it is {:.2g}.",
+      drive, fixes["number"].get<std::size_t>(), of("position"), of("velocity"), base::chi_squared_quantile(0.5, 3.0));
+}
+
+json truth_json(const nav::Drive& drive) {
+  static constexpr const char* kNames[] = {"simulation", "fixes", "file", "smoother"};
+  return {{"from", kNames[static_cast<std::size_t>(drive.truth_source)]}, {"horizontal_sigma_m", drive.truth_sigma_m}};
+}
+
 std::string with_interval(const json& estimate, double factor, int digits) {
   std::string value = fmt::format("{:.{}f}", factor * estimate["value"].get<double>(), digits);
   if (estimate["ci95"].is_null()) return value;
@@ -51,12 +81,17 @@ std::string with_interval(const json& estimate, double factor, int digits) {
 
 }  // namespace
 
-json comparison_json(std::span<const nav::Drive> drives, std::span<const nav::OutageResult> results,
-                     std::span<const nav::Pipeline> pipelines, double length_s, std::size_t seed) {
+json comparison_json(std::span<const nav::Drive> drives, std::span<const nav::Innovations> fixes,
+                     std::span<const nav::OutageResult> results, std::span<const nav::Pipeline> pipelines,
+                     double length_s, std::size_t seed) {
   json document = {{"length_s", length_s}, {"seed", seed}};
   document["drives"] = json::array();
-  for (const nav::Drive& drive : drives) {
-    document["drives"].push_back({{"name", drive.name}, {"duration_s", drive.imu.back().t_s - drive.imu.front().t_s}});
+  for (std::size_t d = 0; d < drives.size(); ++d) {
+    const nav::Drive& drive = drives[d];
+    document["drives"].push_back({{"name", drive.name},
+                                  {"duration_s", drive.imu.back().t_s - drive.imu.front().t_s},
+                                  {"truth", truth_json(drive)},
+                                  {"fixes", fixes_json(fixes[d])}});
   }
   document["pipelines"] = json::array();
   const auto summaries = nav::summarize(results, pipelines, seed);
@@ -75,6 +110,28 @@ json comparison_json(std::span<const nav::Drive> drives, std::span<const nav::Ou
   return document;
 }
 
+std::vector<std::string> outage_remarks(const json& comparison) {
+  std::vector<std::string> sentences;
+  if (const auto raw = comparison.find("uncorrected"); raw != comparison.end() && !raw->empty()) {
+    sentences.push_back(fmt::format("The calibration file does not correct {}: these stayed raw.",
+                                    fmt::join(raw->get<std::vector<std::string>>(), ", ")));
+  }
+  if (const auto both = comparison.find("learnt_and_judged"); both != comparison.end()) {
+    sentences.push_back(fmt::format(
+        "warning: the ANFIS learnt from {}, which it is judged by: its figures say nothing of other drives.",
+        fmt::join(both->get<std::vector<std::string>>(), ", ")));
+  }
+  for (const json& drive : comparison["drives"]) {
+    const json& truth = drive["truth"];
+    if (truth["from"] == "simulation") continue;
+    sentences.push_back(fmt::format("Truth of {}: from the {}, known to {:.3f} m (horizontal, one standard deviation).",
+                                    drive["name"].get<std::string>(), truth["from"].get<std::string>(),
+                                    truth["horizontal_sigma_m"].get<double>()));
+    if (drive["fixes"]["number"] > 0) sentences.push_back(fixes_sentence(drive["name"], drive["fixes"]));
+  }
+  return sentences;
+}
+
 std::string comparison_text(const json& comparison) {
   std::vector<std::vector<std::string>> table = {
       {"pipeline", "RMSE m [95 %]", "error at the end m [95 %]", "less than the first % [95 %]"}};
@@ -85,15 +142,7 @@ std::string comparison_text(const json& comparison) {
     explained +=
         fmt::format("{}: {}\n", pipeline["name"].get<std::string>(), pipeline["description"].get<std::string>());
   }
-  if (const auto raw = comparison.find("uncorrected"); raw != comparison.end() && !raw->empty()) {
-    explained += fmt::format("The calibration file does not correct {}: these stayed raw.\n",
-                             fmt::join(raw->get<std::vector<std::string>>(), ", "));
-  }
-  if (const auto both = comparison.find("learnt_and_judged"); both != comparison.end()) {
-    explained += fmt::format(
-        "warning: the ANFIS learnt from {}, which it is judged by: its figures say nothing of other drives.\n",
-        fmt::join(both->get<std::vector<std::string>>(), ", "));
-  }
+  for (const std::string& sentence : outage_remarks(comparison)) explained += sentence + "\n";
   return fmt::format("{} outages of {} s on {} drive(s); horizontal position, means over outages\n{}{}",
                      comparison["outages"].size(), comparison["length_s"].get<double>(), comparison["drives"].size(),
                      text_table(table), explained);

@@ -2,8 +2,10 @@
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
+#include <span>
 #include <string>
 
+#include "nav/outages/outage_runner.h"
 #include "station/gap/gap_comparison.h"
 #include "station/report/campaign_report.h"
 
@@ -22,5 +24,10 @@ namespace soak::station {
 /// The gap before and after as one HTML page that needs nothing else: per sensor what was read beyond the simulation,
 /// over temperature, with a table of figures and what was accepted. `software`: name and version of this program.
 [[nodiscard]] std::string gap_page(const GapComparison& comparison, const std::string& software, double created_utc_s);
+
+/// A comparison of pipelines on outages (comparison_json(), of these results) as one HTML page that needs nothing else:
+/// their table, the mean error over time, and of the first 24 outages the track and the error over time.
+[[nodiscard]] std::string outages_page(const nlohmann::json& comparison, std::span<const nav::OutageResult> results,
+                                       const std::string& software, double created_utc_s);
 
 }  // namespace soak::station

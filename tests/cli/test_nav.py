@@ -2,6 +2,8 @@
 """soak nav: outages on a recording made from plain formulas, on simulated drives and on a real drive; eq. 6.5 and 6.6 from a unit's own
 curve."""
 import math
+import random
+import shutil
 import unittest
 
 from drive_files import write_drive, write_rtklib
@@ -105,6 +107,79 @@ class Outages(SoakTest):
         self.assertIn("sample 7: rates must", self.refusal("nav", "outages", drive)["message"])
         self.write("imu.csv", "\n".join(lines[:7] + lines[17:]))
         self.assertIn("sample 7: comes 0.220 s after", self.refusal("nav", "outages", drive)["message"])
+
+    def errors_judged_by(self, truth):
+        """Errors along east and north at the end of all outages, and the drive's truth in the document. `truth`: what [truth] holds."""
+        drive = self.write("judged.toml", (self.folder / "drive.toml").read_text(encoding="utf-8") + f"[truth]\n{truth}\n")
+        document = self.soak_json("nav-outages", "nav", "outages", drive, "--number", 12)
+        ends = [outage["errors"]["raw"]["position_final_m"] for outage in document["outages"]]
+        return [end[axis] for end in ends for axis in ("east", "north")], document["drives"][0]["truth"]
+
+    def test_a_smoothed_truth_is_as_good_as_it_says_and_better_than_the_fixes(self):
+        """The formulas of the recording judge it. Its fixes are wrong by 1 m, and there are none for 20 s."""
+        write_drive(self.folder, seconds=240)
+        shutil.copy(self.folder / "fixes.csv", self.folder / "exact.csv")
+        header, *rows = (self.folder / "fixes.csv").read_text(encoding="utf-8").splitlines()
+        noise = random.Random(5)
+        for i, row in enumerate(rows):
+            cells = row.split(",")
+            cells[1] = f"{float(cells[1]) + noise.gauss(0, 1) / 111252:.12f}"
+            cells[2] = f"{float(cells[2]) + noise.gauss(0, 1) / 70197:.12f}"
+            rows[i] = ",".join([*cells[:4], "1", "1", "1", *cells[7:]])
+        self.write("fixes.csv", "\n".join([header, *rows[:170], *rows[190:]]) + "\n")
+        exact, of_file = self.errors_judged_by('file = "exact.csv"')
+        smoothed, of_smoother = self.errors_judged_by("smoothed = true")
+        self.assertEqual((of_file["from"], of_smoother["from"]), ("file", "smoother"))
+        # Of 24 numbers the root mean square lies within 40 % by chance alone, and more as neighbours in time depend on each other.
+        per_axis = of_smoother["horizontal_sigma_m"] / math.sqrt(2)
+        truth_error = math.sqrt(sum((a - b) ** 2 for a, b in zip(exact, smoothed)) / len(exact))
+        self.assertLess(truth_error, 2 * per_axis)
+        self.assertGreater(truth_error, per_axis / 3)
+        self.assertLess(truth_error, 0.5)
+
+    def test_a_truth_from_a_file_and_smoothed_is_refused(self):
+        drive = write_drive(self.folder, seconds=40)
+        text = drive.read_text(encoding="utf-8")
+        drive.write_text(text + '[truth]\nfile = "fixes.csv"\nsmoothed = true\n', encoding="utf-8")
+        error = self.refusal("nav", "outages", drive)
+        self.assertIn("drive.toml:9", error["where"])
+        self.assertIn("'file'", error["message"])
+
+    def changed_fixes(self, change):
+        """Runs the fixes of the drive through change(index, cells)."""
+        header, *rows = (self.folder / "fixes.csv").read_text(encoding="utf-8").splitlines()
+        changed = [",".join(change(i, row.split(","))) for i, row in enumerate(rows)]
+        self.write("fixes.csv", "\n".join([header, *changed]) + "\n")
+
+    def test_fixes_that_are_wrong_by_what_they_say_have_the_median_of_chi_squared(self):
+        """The median of chi-squared with 3 degrees of freedom is 2.37; of 165 draws it scatters by 0.17, one standard deviation."""
+        drive = write_drive(self.folder)
+        noise = random.Random(9)
+
+        def with_noise(_, cells):
+            for cell, sigma in ((1, 1 / 111252), (2, 1 / 70197), (3, 1), (7, 0.3), (8, 0.3), (9, 0.3)):
+                cells[cell] = f"{float(cells[cell]) + noise.gauss(0, sigma):.12f}"
+            return [*cells[:4], "1", "1", "1", *cells[7:10], "0.3", "0.3", "0.3"]
+
+        self.changed_fixes(with_noise)
+        document = self.soak_json("nav-outages", "nav", "outages", drive, "--number", 1)
+        fixes = document["drives"][0]["fixes"]
+        self.assertEqual(fixes["number"], 200 - 32)  # from the first that is faster than 3 m/s
+        for what in ("position", "velocity"):
+            self.assertAlmostEqual(fixes[what]["median_nis"], 2.37, delta=3 * 0.17)
+            self.assertEqual(fixes[what]["left_out"], 0)
+        self.changed_fixes(lambda _, cells: [*cells[:4], "0.2", "0.2", "0.2", *cells[7:]])
+        too_sure = self.soak_json("nav-outages", "nav", "outages", drive, "--number", 1)["drives"][0]["fixes"]["position"]
+        self.assertGreater(too_sure["median_nis"], 5 * 2.37)
+        self.assertGreater(too_sure["left_out"], 10)
+
+    def test_fixes_that_jump_and_stay_there_are_believed_after_ten(self):
+        """As where a receiver was wrong before: a filter that left out all of them would stay 100 m away for the rest of the drive."""
+        drive = write_drive(self.folder)
+        self.changed_fixes(lambda i, cells: [*cells[:2], f"{float(cells[2]) + (100 / 70197 if i >= 80 else 0):.12f}", *cells[3:]])
+        document = self.soak_json("nav-outages", "nav", "outages", drive, "--number", 1, "--first-s", 160)
+        self.assertGreaterEqual(document["drives"][0]["fixes"]["position"]["left_out"], 10)
+        self.assertLess(document["outages"][0]["errors"]["raw"]["horizontal_final_m"], 50)
 
     def test_a_drive_that_is_too_short_is_refused(self):
         error = self.refusal("nav", "outages", write_drive(self.folder, seconds=100))

@@ -16,6 +16,7 @@ import unittest
 from browser import BROWSER, DRIVER, Browser
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "cli"))
+from drive_files import write_drive  # noqa: E402
 from run_digest import open_catalog  # noqa: E402
 from soak_cli import recording  # noqa: E402
 
@@ -51,7 +52,7 @@ def warn_much(path):
 
 
 def soak(*arguments):
-    subprocess.run([os.environ["SOAK_BIN"], *arguments], check=True, capture_output=True)
+    return subprocess.run([os.environ["SOAK_BIN"], *arguments], check=True, capture_output=True)
 
 
 class Witness(http.server.SimpleHTTPRequestHandler):
@@ -239,6 +240,63 @@ class Report(unittest.TestCase):
             backs.append(self.browser.run("return getComputedStyle(document.body).backgroundColor"))
         self.assertEqual(backs, ["rgb(242, 245, 246)", "rgb(15, 21, 25)"])
         self.browser.colours("light")
+
+
+@unittest.skipUnless(BROWSER and DRIVER, "skipped: chromium and chromedriver are not installed")
+class OutagesPage(unittest.TestCase):
+    """The page of a recorded drive that goes straight north at 10 m/s, by plain formulas."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = pathlib.Path(tempfile.mkdtemp(prefix="soak-outages-"))
+        cls.addClassCleanup(shutil.rmtree, cls.folder, ignore_errors=True)
+        drive = write_drive(cls.folder)
+        drive.write_text(drive.read_text(encoding="utf-8").replace('"straight"', f"'{SERIAL}'"), encoding="utf-8")
+        done = soak("nav", "outages", str(drive), "--number", "2", "-o", str(cls.folder / "outages.html"), "--json")
+        cls.document = json.loads(done.stdout)
+        cls.browser = Browser()
+        cls.addClassCleanup(cls.browser.close)
+        cls.browser.console()
+        cls.browser.go((cls.folder / "outages.html").as_uri())
+
+    def drawn(self, chart, of, style):
+        """The first and the last point of a line in the units of its axes, and the pixels of one such unit on both axes."""
+        ticks, path = self.browser.run("""
+          const figure = document.querySelector(`figure[data-chart="${arguments[0]}"][data-of="${arguments[1]}"]`);
+          const ticks = ['middle', 'end'].map((anchor, i) => [...figure.querySelectorAll(`.grid text[text-anchor=${anchor}]`)].map(
+            n => [n.textContent.replace('−', '-'), Number(n.getAttribute('xy'[i]))]).filter(([text]) => isFinite(text)));
+          return [ticks, figure.querySelector(`path.line.${arguments[2]}`).getAttribute('d')]""", chart, of, style)
+        ends = [[float(x) for x in part.split()] for part in path[1:].split("L")]
+        points, scales = [[], []], []
+        for axis, labels in enumerate(ticks):
+            (low, low_pixel), (high, high_pixel) = labels[0], labels[-1]
+            scale = (high_pixel - low_pixel) / (float(high) - float(low))
+            scales.append(abs(scale))
+            text_below_line = 4 if axis == 1 else 0
+            for i, end in enumerate((ends[0], ends[-1])):
+                points[i].append(float(low) + (end[axis] + text_below_line - low_pixel) / scale)
+        return points, scales
+
+    def test_complains_of_nothing_and_draws_each_outage_twice(self):
+        self.assertEqual(self.browser.console(), [])
+        charts = self.browser.run("return [...document.querySelectorAll('figure:has(svg)')].map(f => f.dataset.chart)")
+        self.assertEqual(charts, ["error", "track", "error", "track", "error"])
+        self.assertIn(SERIAL, self.browser.run("return document.body.innerText"))
+        self.assertEqual(self.browser.run("return document.images.length"), 0)
+
+    def test_the_track_is_that_of_the_drive_and_a_metre_is_as_long_on_both_axes(self):
+        (begin, end), (east, north) = self.drawn("track", 0, "curve")
+        self.assertAlmostEqual(east, north, delta=0.01 * north)
+        for value, truth in zip([*begin, *end], [0, 0, 0, self.document["outages"][0]["distance_m"]]):
+            self.assertAlmostEqual(value, truth, delta=1.5)
+        self.assertAlmostEqual(end[1], 290, delta=11)
+
+    def test_the_mean_error_ends_where_the_document_says(self):
+        for i, pipeline in enumerate(self.document["pipelines"]):
+            (begin, end), (_, pixels_per_metre) = self.drawn("error", "mean", f"unit-{i}")
+            self.assertAlmostEqual(begin[1], 0, delta=1 / pixels_per_metre)
+            self.assertAlmostEqual(end[0], 30, delta=0.3)
+            self.assertAlmostEqual(end[1], pipeline["horizontal_final_m"]["value"], delta=1 / pixels_per_metre)
 
 
 if __name__ == "__main__":
