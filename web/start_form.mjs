@@ -214,7 +214,7 @@ export class StartForm {
       const add = Object.assign(element("button", T.start.enter(serial)), { type: "button", className: "small", disabled: true });
       types.addEventListener("change", () => { add.disabled = types.value === ""; });
       add.addEventListener("click", () => this.#enterUnit(serial, types.value));
-      row.append(add, " ", types);
+      row.append(types, " ", add);
       return row;
     });
     $("start-unknown").replaceChildren(...rows);

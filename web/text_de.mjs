@@ -99,7 +99,7 @@ export const text = {
     waitsForYou: "Wartet auf Sie",
     language: "Sprache",
     licence: "Lizenz von dygraphs",
-    viewFailure: "Diese Ansicht konnte nicht geladen werden. Ist die Station da? Die Seite neu laden.",
+    viewFailure: "Diese Ansicht konnte nicht geladen werden. Ist die Station da? Noch einmal dorthin gehen oder die Seite neu laden.",
   },
   help: {
     title: "Hilfe",

@@ -24,7 +24,7 @@ export const text = {
     waitsForYou: "Waiting for you",
     language: "Language",
     licence: "Licence of dygraphs",
-    viewFailure: "This view could not be loaded. Is the station there? Reload the page.",
+    viewFailure: "This view could not be loaded. Is the station there? Go there again, or reload the page.",
   },
   help: {
     title: "Help",

@@ -3,7 +3,7 @@
 
 import { plural } from "./format.mjs";
 
-const unitOf = (name) => (name.endsWith("_scale_ppm") ? "ppm" : name.startsWith("gyro") ? "deg/s" : "m/s²");
+const unitOf = (name) => (name.endsWith("_scale_ppm") ? "ppm" : name.startsWith("gyro") ? "°/s" : "m/s²");
 
 export const text = {
   references: {

@@ -260,7 +260,7 @@ base::Status Catalog::check_numbers(const RunRow& run) const {
 }
 
 base::Result<std::vector<RunRow>> Catalog::runs(const RunFilter& filter) const {
-  return impl_->connection.run("read the runs", [&]() -> base::Result<std::vector<RunRow>> {
+  return impl_->connection.snapshot("read the runs", [&]() -> base::Result<std::vector<RunRow>> {
     auto runs = sqlite::rows_of(impl_->database(), query_of(filter), run_from, filter.unit, filter.campaign, filter.run,
                                 kShortestPrefix);
     SQLite::Statement last_drop(

@@ -41,7 +41,7 @@ struct StationCommand : Command {
                 "File with a token of 'soak user token', where the station asks who it is (default: $SOAK_TOKEN_FILE)");
   }
   void declare_user(OptionList& options) {
-    options.add("--user NAME", &user, "Name for the log (default: the user that runs the program)");
+    options.add("--user NAME", name_reader(user), "Name for the log (default: the user that runs the program)");
   }
   /// A client of the daemon. Fails (bad_input) for an address that is not one, and a token that cannot be read.
   [[nodiscard]] base::Result<Client> client() const;

@@ -45,7 +45,7 @@ struct GapCommand : CatalogCommand {
 };
 
 void declare_gap_user(OptionList& options, std::string& user) {
-  options.add("--user NAME", &user, "Name for the log (default: the user that runs the program)");
+  options.add("--user NAME", name_reader(user), "Name for the log (default: the user that runs the program)");
 }
 
 /// A named effect that does not go into the model.

@@ -54,7 +54,7 @@ struct RunsVoid final : CatalogCommand {
     options.add("--position P", &position, "Only this position of the visit");
     options.add("--attempt K", &attempt, "Only this attempt at the position");
     options.add("--reason TEXT", &reason, "Reason, for the record").required();
-    options.add("--user NAME", &user, "Name for the record (default: the user that runs the program)");
+    options.add("--user NAME", name_reader(user), "Name for the record (default: the user that runs the program)");
   }
   base::Status run_with(db::Catalog& catalog, Output& output) override;
 };

@@ -29,7 +29,7 @@ struct RunsDropSamples final : CatalogCommand {
     options.add("run RUN", &names, "Runs whose samples to drop, of all units that the file holds");
     options.add("--campaign NAME", &campaign, "All runs of this campaign that still have samples");
     options.add("--reason TEXT", &reason, "Reason, for the record").required();
-    options.add("--user NAME", &user, "Name for the record (default: the user that runs the program)");
+    options.add("--user NAME", name_reader(user), "Name for the record (default: the user that runs the program)");
     options.add("--yes", &yes, "Do it; without this option the command only says what it would do");
   }
   base::Status run_with(db::Catalog& catalog, Output& output) override;

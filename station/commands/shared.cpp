@@ -40,6 +40,14 @@ void note_waivers(const std::vector<calib::ReferenceUse>& references, Output& ou
   for (const calib::Warning& warning : waiver_warnings(references)) output.note("warning: " + warning.text);
 }
 
+OptionReader name_reader(std::string& name) {
+  return [&name](const std::string& text) -> base::Status {
+    if (auto plain = check_text_line(text, {}); !plain) return plain;
+    name = text;
+    return {};
+  };
+}
+
 void declare_run(OptionList& options, db::RunFilter& filter) {
   options.add("run RUN", &filter.run, "Run id, unique beginning of one, or label").required();
   options.add("--unit SN", &filter.unit, "Only runs of this unit");

@@ -23,6 +23,9 @@ namespace soak::station {
 /// does not match; nothing where no waiver was used.
 void note_waivers(const std::vector<calib::ReferenceUse>& references, Output& output);
 
+/// Reads the name of who does something, which goes into records that nobody can change: one plain line.
+[[nodiscard]] OptionReader name_reader(std::string& name);
+
 /// The argument RUN of a command, and the options that narrow its search.
 void declare_run(OptionList& options, db::RunFilter& filter);
 

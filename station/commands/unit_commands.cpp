@@ -42,7 +42,7 @@ struct UnitAdd final : Command {
     options.add("--type NAME", &type, "Type of a new unit (default: generic)");
     options.add("--begin-epoch REASON", &begin_epoch,
                 "Begin the unit's next epoch, because it has changed (repair, new firmware)");
-    options.add("--user NAME", &user, "Name for the record (default: the user that runs the program)");
+    options.add("--user NAME", name_reader(user), "Name for the record (default: the user that runs the program)");
   }
   base::Status run(Output& output) override;
 };

@@ -42,6 +42,12 @@ class Log(EventTest):
         self.assertEqual(self.soak_json("events-list", "events", "list", "--last", 2)["events"], events[-2:])
         self.assertEqual(len(self.soak_json("events-list", "events", "list", "--subject", "SN1", "--kind", "model_added")["events"]), 1)
 
+    def test_a_name_that_would_forge_a_line_of_the_log_is_refused(self):
+        name = "eva\x1b[31m\n2 forged"
+        for words in (("unit", "add", "SN2"), ("runs", "void", "r1", "--reason", "x"), ("gap", "accept", "--unit", "SN1")):
+            self.assertEqual(self.refusal(*words, "--user", name)["where"], "--user", words)
+        self.refusal("unit", "add", "SN2", "--user", "  ")
+
     def test_each_event_has_its_full_date(self):
         event = self.soak_json("events-list", "events", "list", "--last", 1)["events"][0]
         date = datetime.datetime.fromtimestamp(int(event["utc_s"]), datetime.timezone.utc).strftime("%Y-%m-%dT%H:%M:%SZ")
