@@ -134,7 +134,7 @@ def calibrate(folder, truth):
         step(f"unit {serial}: fit, export, verify")
         fits[serial] = call_json("soak", "fit", "--unit", serial, "--campaign", "demo", "--data", data)
         for format, ending in (("blob", "soakcal"), ("c", "h"), ("json", "json")):
-            call("soak", "export", "--unit", serial, "--format", format, "--simulated", "--data", data,
+            call("soak", "export", "--unreleased", "--unit", serial, "--format", format, "--simulated", "--data", data,
                  "-o", os.path.join(folder, f"{serial}.{ending}"))
         blob = os.path.join(folder, f"{serial}.soakcal")
         print(call("soak", "verify", blob, "--campaign", "demo-verification", "--data", data), end="")

@@ -336,14 +336,14 @@ class Page(WithStation):
         self.assertEqual(self.browser.run("return document.activeElement.id"), "unit-simulated")
         self.see("#unit-next", "Export it.")
         self.click("#unit-simulated")
-        for form, name in (("blob", "SIM-0001.soakcal"), ("c", "SIM-0001.h")):
+        for form, name in (("blob", "SIM-0001.unreleased.soakcal"), ("c", "SIM-0001.unreleased.h")):
             self.browser.run("const s = document.querySelector('#unit-format'); s.value = arguments[0];", form)
             self.click("#unit-export")
             self.browser.wait("return document.querySelector(arguments[0])", f"#unit-jobs a[download='{name}']")
             self.browser.click(f"#unit-jobs a[download='{name}']")
             content = self.downloaded(name)
             path = self.soakd.folder / name
-            self.soakd.soak("export", "--unit", SERIAL, "--format", form, "--simulated", "-o", path)
+            self.soakd.soak("export", "--unreleased", "--unit", SERIAL, "--format", form, "--simulated", "-o", path)
             self.assertEqual(content, path.read_bytes())
         self.see("#unit-next", "verified and exported")
         self.sign_in_the_browser()
