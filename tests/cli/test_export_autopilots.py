@@ -199,7 +199,8 @@ class Forms(AutopilotTest):
 class Refusals(AutopilotTest):
     def refused(self, *arguments):
         before = self.state()
-        error = self.refusal("export", "--unreleased", "--unit", SERIAL, *arguments, "-o", self.folder / "no.file")
+        accepted = () if "kalibr" in arguments else ("--unreleased",)
+        error = self.refusal("export", *accepted, "--unit", SERIAL, *arguments, "-o", self.folder / "no.file")
         self.assertFalse((self.folder / "no.file").exists())
         self.assertEqual(self.state(), before)
         return error
@@ -216,6 +217,7 @@ class Refusals(AutopilotTest):
         self.assertEqual(self.refused("--format", "blob", "--instance", "0")["where"], "--instance")
         self.assertEqual(self.refused("--format", "ardupilot", "--device-id", "7")["where"], "--device-id")
         self.assertEqual(self.refused("--format", "kalibr", "--model", "1")["where"], "--model")
+        self.assertEqual(self.refused("--format", "kalibr", "--unreleased")["where"], "--unreleased")
 
     def test_instances_and_ids_that_do_not_exist(self):
         self.refused("--format", "px4", "--instance", "4")
