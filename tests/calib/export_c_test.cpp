@@ -68,7 +68,9 @@ TEST(ExportC, SimulatedHeaderDoesNotCompileUnlessAccepted) {
 }
 
 TEST(ExportC, HeaderThatIsNotReleasedDoesNotCompileUnlessAccepted) {
-  const auto header = export_c(golden_unreleased());
+  Calibration calibration = golden_fis();
+  calibration.unreleased = true;
+  const auto header = export_c(calibration);
   ASSERT_TRUE(header);
   EXPECT_NE(header->find("NOT RELEASED"), std::string::npos);
   EXPECT_EQ(compile_and_run(*header, ""), -1);

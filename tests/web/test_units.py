@@ -270,7 +270,6 @@ class Page(WithStation):
         self.browser.click("#key-text a")
         public = self.soakd.folder / "lab.pub"
         public.write_bytes(self.downloaded(f"{key}.pub"))
-        (self.downloads / "SIM-0001.soakcal").unlink()
         self.open_unit(SERIAL)
         self.see("#unit-sign-text", f"Sign it with key {key}")
         self.browser.run("const s = document.querySelector('#unit-format'); s.value = 'blob'; s.dispatchEvent(new Event('change'));")
@@ -346,6 +345,7 @@ class Page(WithStation):
             self.soakd.soak("export", "--unreleased", "--unit", SERIAL, "--format", form, "--simulated", "-o", path)
             self.assertEqual(content, path.read_bytes())
         self.see("#unit-next", "verified and exported")
+        self.soakd.soak("release", "--unit", SERIAL)  # the verification by a click passed
         self.sign_in_the_browser()
         self.browser.run("const s = document.querySelector('#unit-format'); s.value = 'kalibr'; s.dispatchEvent(new Event('change'));")
         self.browser.wait("return document.querySelector('#unit-sign-box').hidden")
