@@ -168,6 +168,8 @@ base::Status export_all(db::Catalog& catalog, const ExportCommand& command, Outp
 }
 
 base::Status ExportCommand::run_with(db::Catalog& catalog, Output& output) {
+  if (all && !file.empty())
+    return base::bad_input("is only valid with --unit: --all writes to --out FOLDER", "--output");
   if (all) return export_all(catalog, *this, output);
   if (released || !folder.empty()) {
     return base::bad_input("is only valid with --all: a single unit is exported with -o FILE",

@@ -163,22 +163,39 @@ base::Error nothing_to_hand_over(const std::vector<LeftOut>& left_out) {
   return {base::ErrorKind::bad_input, std::move(message), ""};
 }
 
-/// Writes all of it, or nothing.
-base::Status write_all(const std::filesystem::path& folder,
-                       const std::vector<std::pair<std::string, std::string>>& files) {
-  std::error_code error;
-  const bool is_new = std::filesystem::create_directories(folder, error);
-  if (error)
-    return base::fail(base::ErrorKind::internal, "cannot make the folder: " + error.message(), folder.string());
-  for (std::size_t i = 0; i < files.size(); ++i) {
-    const auto written = write_text_file(folder / files[i].first, files[i].second);
-    if (written) continue;
-    for (std::size_t j = 0; j < i; ++j) std::filesystem::remove(folder / files[j].first, error);
-    if (is_new) std::filesystem::remove(folder, error);
+/// A folder in the making, of which nothing is left unless all of it is wanted.
+class FolderInTheMaking {
+ public:
+  explicit FolderInTheMaking(std::filesystem::path folder) : folder_(std::move(folder)) {}
+  FolderInTheMaking(const FolderInTheMaking&) = delete;
+  FolderInTheMaking& operator=(const FolderInTheMaking&) = delete;
+  ~FolderInTheMaking() {
+    std::error_code ignored;
+    for (const std::string& name : written_) std::filesystem::remove(folder_ / name, ignored);
+    if (is_new_) std::filesystem::remove(folder_, ignored);
+  }
+
+  base::Status make() {
+    std::error_code error;
+    is_new_ = std::filesystem::create_directories(folder_, error);
+    if (!error) return {};
+    return base::fail(base::ErrorKind::internal, "cannot make the folder: " + error.message(), folder_.string());
+  }
+  base::Status write(const std::string& name, const std::string& content) {
+    auto written = write_text_file(folder_ / name, content);
+    if (written) written_.push_back(name);
     return written;
   }
-  return {};
-}
+  void keep() {
+    written_.clear();
+    is_new_ = false;
+  }
+
+ private:
+  std::filesystem::path folder_;
+  std::vector<std::string> written_;
+  bool is_new_ = false;
+};
 
 base::Status record(db::Catalog& catalog, const HandOverRequest& request, const std::vector<ReleasedFile>& files) {
   const double now = now_utc_s();
@@ -191,6 +208,23 @@ base::Status record(db::Catalog& catalog, const HandOverRequest& request, const 
     }
     return {};
   });
+}
+
+/// The manifest is written last: a folder without one is not whole.
+base::Status write_folder(db::Catalog& catalog, const HandOverRequest& request, const std::vector<ReleasedFile>& files,
+                          const std::string& manifest, const SecretKey& key) {
+  FolderInTheMaking folder(request.folder);
+  if (auto made = folder.make(); !made) return made;
+  for (const ReleasedFile& file : files) {
+    if (auto written = folder.write(file.name, file.content); !written) return written;
+  }
+  const std::string name(kManifestName);
+  auto written = folder.write(signature_path_of(name).string(), manifest_signature(manifest, key));
+  if (written) written = folder.write(name, manifest);
+  if (!written) return written;
+  if (auto recorded = record(catalog, request, files); !recorded) return recorded;
+  folder.keep();
+  return {};
 }
 
 }  // namespace
@@ -212,17 +246,10 @@ base::Result<HandOver> hand_over(db::Catalog& catalog, const HandOverRequest& re
                      {"key_id", base::to_hex(key_id_of(public_key_of(key->key)))},
                      {"file_format", request.format},
                      {"units", json::array()}};
-  std::vector<std::pair<std::string, std::string>> contents;
-  for (const ReleasedFile& file : files) {
-    result.manifest["units"].push_back(file.entry);
-    contents.emplace_back(file.name, file.content);
+  for (const ReleasedFile& file : files) result.manifest["units"].push_back(file.entry);
+  if (auto written = write_folder(catalog, request, files, result.manifest.dump(2) + '\n', key->key); !written) {
+    return base::forward_error(written);
   }
-  const std::string text = result.manifest.dump(2) + '\n';
-  const std::string name(kManifestName);
-  contents.emplace_back(signature_path_of(name).string(), manifest_signature(text, key->key));
-  contents.emplace_back(name, text);
-  if (auto written = write_all(request.folder, contents); !written) return base::forward_error(written);
-  if (auto recorded = record(catalog, request, files); !recorded) return base::forward_error(recorded);
   return result;
 }
 

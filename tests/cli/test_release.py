@@ -8,7 +8,7 @@ import unittest
 import ed25519
 import test_fit
 from blob_reader import Calibration
-from soak_cli import check_schema, recording
+from soak_cli import check_schema, limit_file_size, recording
 from test_fit import SERIAL, FittedTest, fitted_folder
 
 WIDE = "[limits]\ngyro = 0.2\naccel = 0.2\n"
@@ -246,7 +246,17 @@ class HandOver(ReleaseTest):
         self.out.mkdir()
         (self.out / "old.soakcal").write_bytes(b"old")
         self.assertEqual(self.refusal(*self.arguments())["where"], str(self.out))
+        self.assertEqual((self.out / "old.soakcal").read_bytes(), b"old")
         self.refusal("export", "--unit", SERIAL, "--format", "blob", "--released", "-o", self.folder / "x")
+        self.assertEqual(self.refusal(*self.arguments("-o", self.folder / "x"))["where"], "--output")
+
+    def test_a_full_disk_leaves_nothing_behind(self):
+        self.released()
+        before = self.state()
+        # A calibration file has some thousand bytes.
+        self.refusal(*self.arguments(), status=1, preexec_fn=limit_file_size(1000))
+        self.assertFalse(self.out.exists())
+        self.assertEqual(self.state(), before)
 
 
 if __name__ == "__main__":
