@@ -276,6 +276,7 @@ class Page(WithStation):
         for choice in ("#unit-simulated", "#unit-sign", "#unit-export"):
             self.click(choice)
         self.see("#unit-jobs li:first-child", f"signed with key {key}")
+        self.see("#unit-badges", "released")
         self.browser.click("#unit-jobs li:first-child a")
         signed = self.soakd.folder / "signed.soakcal"
         signed.write_bytes(self.downloaded("SIM-0001.soakcal"))
@@ -314,6 +315,7 @@ class Page(WithStation):
         self.see("#unit-next", "Verify it with a run that the fit has not seen.")
         self.see("#unit-verdict", "NOT JUDGED")
         self.see("#unit-badges", "SIMULATED")
+        self.see("#unit-badges", "fitted")
         self.see("#unit-warnings", "simulated")
         bands = self.browser.run("return document.querySelectorAll('#unit-curves svg .band.ci95').length")
         self.assertEqual(bands, 6)
