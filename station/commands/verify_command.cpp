@@ -63,7 +63,7 @@ base::Result<KnownLimits> limits_for(const VerifyCommand& command, const calib::
 base::Result<calib::Calibration> newest_of(const db::Catalog& catalog, const std::string& unit) {
   const auto model = usable_model(catalog, unit, std::nullopt);
   if (!model) return base::forward_error(model);
-  const auto calibration = calib::calibration_of(model->document);
+  auto calibration = calib::calibration_of(model->document);
   if (!calibration) return calibration;
   const auto bytes = calib::encode(*calibration);
   if (!bytes) return base::forward_error(bytes);
