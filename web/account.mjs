@@ -9,15 +9,14 @@ import { T } from "./text.mjs";
 export const mayOperate = () => document.body.dataset.role !== "viewer";
 
 /**
- * The account's name takes the place of the one that people enter: the station writes no other into its log. What the role may not do
+ * The account's name takes the place of the one that people enter, wherever a name goes into a record: the station writes no other. What the role may not do
  * the style sheet takes away by `data-needs`, whatever else shows or enables it.
  */
 export async function showAccount() {
   const { accounts, name, role } = await get("session");
   if (!accounts) return;
   document.body.dataset.role = role;
-  $("user").value = name;
-  $("user").readOnly = true;
+  for (const field of document.querySelectorAll("input[data-signs]")) Object.assign(field, { defaultValue: name, value: name, readOnly: true });
   say($("role"), T.roleNames[role] ?? role);
   $("role").title = T.roles[role] ?? "";
   show($("role"), true);

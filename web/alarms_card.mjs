@@ -2,19 +2,28 @@
 // Who is told of alarms when nobody looks at the page, and whether that works: a test.
 
 import { get, post } from "./api.mjs";
-import { $, element, say, show } from "./dom.mjs";
+import { $, element, say, show, tell } from "./dom.mjs";
 import { clock } from "./format.mjs";
+import { C } from "./records_words.mjs";
 
-const WAYS = { mail: "Mail to", webhook: "Webhook at" };
+/** "Mail to eva@lab.example" */
+const nameOf = ({ way, to }) => `${Object.hasOwn(C.alarms.to, way) ? C.alarms.to[way] : way} ${to}`;
 
 /** @param {import("./documents.mjs").AlarmWay} way */
-function wayLine({ way, to, waiting, trouble, sent_utc_s }) {
+function wayLine(way) {
+  const { waiting, trouble, sent_utc_s } = way;
   const line = element("li", "");
-  const last = sent_utc_s === null ? "nothing sent yet" : `last sent ${clock(sent_utc_s)}`;
-  line.append(element("span", `${WAYS[way] ?? way} ${to}: ${last}`));
-  if (waiting > 0) line.append(element("span", `, ${waiting} waiting`));
-  if (trouble) line.append(Object.assign(element("p", trouble), { className: "bad" }));
+  const last = sent_utc_s === null ? C.alarms.nothingSent : C.alarms.lastSent(clock(sent_utc_s));
+  line.append(element("span", `${nameOf(way)}: ${last}`));
+  if (waiting > 0) line.append(element("span", C.alarms.waiting(waiting)));
+  if (trouble) line.append(Object.assign(element("p", trouble), { className: "bad", lang: "en" }));
   return line;
+}
+
+/** @param {import("./dom.mjs").Part[]} parts */
+function fail(parts) {
+  tell($("alarms-failure"), parts);
+  show($("alarms-failure"), true);
 }
 
 export class AlarmsCard {
@@ -41,13 +50,13 @@ export class AlarmsCard {
 
   async #test() {
     $("alarms-test").disabled = true;
-    say($("alarms-news"), "Sending…");
+    say($("alarms-news"), C.alarms.sending);
     await this.#tell(async () => {
       const { ways } = await post("alarms/test", { user: this.#userName() });
-      const sent = ways.filter(({ trouble }) => trouble === null).map(({ way, to }) => `${WAYS[way] ?? way} ${to}`);
-      say($("alarms-news"), sent.length ? `The server has taken it: ${sent.join("; ")}. Look whether it arrives.` : "");
-      const troubles = ways.filter(({ trouble }) => trouble !== null).map(({ way, to, trouble }) => `${WAYS[way] ?? way} ${to}: ${trouble}`);
-      if (troubles.length) throw new Error(troubles.join("; "));
+      const sent = ways.filter(({ trouble }) => trouble === null).map(nameOf);
+      say($("alarms-news"), sent.length ? C.alarms.taken(sent.join("; ")) : "");
+      const troubled = ways.filter(({ trouble }) => trouble !== null);
+      if (troubled.length) fail(troubled.flatMap((way, i) => [`${i ? "; " : ""}${nameOf(way)}: `, { english: way.trouble }]));
     });
     $("alarms-test").disabled = false;
   }
@@ -58,9 +67,8 @@ export class AlarmsCard {
     try {
       await work();
     } catch (error) {
-      if ($("alarms-news").textContent === "Sending…") say($("alarms-news"), "");
-      say($("alarms-failure"), error.message);
-      show($("alarms-failure"), true);
+      if ($("alarms-news").textContent === C.alarms.sending) say($("alarms-news"), "");
+      fail([{ english: error.message }]);
     }
   }
 }

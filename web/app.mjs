@@ -12,7 +12,7 @@ import { clock, timeText } from "./format.mjs";
 import { NoiseCard } from "./noise_card.mjs";
 import { StartForm } from "./start_form.mjs";
 import { StoredCard } from "./stored_card.mjs";
-import { connectLanguage, T } from "./text.mjs";
+import { connectLanguage, T, textsOf } from "./text.mjs";
 import { connectViews } from "./views.mjs";
 
 const LOG_LINES = 100;
@@ -181,16 +181,24 @@ function connectButtons() {
   $("abort-form").addEventListener("submit", () => command("abort", { reason: $("abort-reason").value.trim() }));
 }
 
-/** A view whose module and texts are loaded when somebody first goes there: the station's own page must be there soon. */
-function whenAsked(load) {
+/**
+ * A view whose module and texts are loaded when somebody first goes there: the station's own page must be there soon.
+ * @param {string[]} groups of texts that its modules ask for
+ * @param {() => Promise<any>} load
+ */
+function whenAsked(groups, load) {
   let view = null;
+  const loadAll = async () => {
+    await Promise.all(groups.map(textsOf));
+    return load();
+  };
   return {
     /**
      * Comes back once its texts are written; what it shows comes later.
      * @param {URLSearchParams} parameters
      */
     async open(parameters) {
-      view ??= load();
+      view ??= loadAll();
       view.catch(() => (view = null)); // another try may find the station
       (await view).open(parameters);
     },
@@ -209,13 +217,13 @@ connectButtons();
 connectAlerts();
 connectViews({
   station: { open: () => Promise.all([startForm.open(), storedCard.open()]) },
-  runs: whenAsked(loadRunsView),
-  run: whenAsked(async () => new (await import("./run_view.mjs")).RunView(operator)),
-  units: whenAsked(async () => new (await import("./units_view.mjs")).UnitsView()),
-  unit: whenAsked(async () => new (await import("./unit_view.mjs")).UnitView(userName)),
-  fleet: whenAsked(async () => new (await import("./fleet_view.mjs")).FleetView()),
-  events: whenAsked(async () => new (await import("./events_view.mjs")).EventsView()),
-  records: whenAsked(async () => new (await import("./records_view.mjs")).RecordsView(userName, operator)),
-  help: whenAsked(async () => new (await import("./help_view.mjs")).HelpView()),
+  runs: whenAsked(["runs"], loadRunsView),
+  run: whenAsked(["runs"], async () => new (await import("./run_view.mjs")).RunView(operator)),
+  units: whenAsked(["units", "runs"], async () => new (await import("./units_view.mjs")).UnitsView()),
+  unit: whenAsked(["units", "gap", "runs"], async () => new (await import("./unit_view.mjs")).UnitView(userName)),
+  fleet: whenAsked(["units", "fleet", "runs"], async () => new (await import("./fleet_view.mjs")).FleetView()),
+  events: whenAsked(["events"], async () => new (await import("./events_view.mjs")).EventsView()),
+  records: whenAsked(["records", "units", "runs"], async () => new (await import("./records_view.mjs")).RecordsView(userName, operator)),
+  help: whenAsked([], async () => new (await import("./help_view.mjs")).HelpView()),
 });
 subscribe(take);

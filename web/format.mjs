@@ -73,11 +73,13 @@ export function count(value) {
   return String(value).replace(/\B(?=(\d{3})+$)/g, "\u202f");
 }
 
+/** A day in digits: "2026-11-26", in other languages as they write it. */
+export const dayText = (date) => (language === "en" ? date.toLocaleDateString("en-CA") : dateText(date, { day: "2-digit", month: "2-digit", year: "numeric" }));
+
 /** Local time of day, with the date unless it is today. */
 export function clock(utc_s) {
   const date = new Date(utc_s * 1000);
   const time = timeText(date);
   if (date.toDateString() === new Date().toDateString()) return time;
-  const day = language === "en" ? date.toLocaleDateString("en-CA") : dateText(date, { day: "2-digit", month: "2-digit", year: "numeric" });
-  return `${day} ${time}`;
+  return `${dayText(date)} ${time}`;
 }

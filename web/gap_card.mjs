@@ -161,7 +161,7 @@ const chosenEffects = () => [...$("accept-effects").querySelectorAll("input:chec
 function effectCard(effect) {
   const card = element("section", "");
   card.className = "effect";
-  const title = element("h3", effect.status === "named" ? G.effect(effect.name) : G.evidence.suspected(effect.name));
+  const title = element("h3", effect.status === "named" ? G.effectTitle(effect.name) : G.evidence.suspected(effect.name));
   const list = element("dl", "");
   list.className = "facts";
   list.append(...evidenceOf(effect).map(([name, value]) => {

@@ -2,6 +2,7 @@
 // The Help: pages of docs/ that tools/help_pages.py has turned into HTML when soakd was built.
 
 import { $, say, show } from "./dom.mjs";
+import { language, T } from "./text.mjs";
 
 /** Where somebody at the page begins, who names no page of the Help. */
 const FIRST = { name: "guide", heading: "from-the-browser" };
@@ -10,6 +11,10 @@ export class HelpView {
   #pages = new Map(); // name → its text as HTML
   #shown = null;
   #opened = 0;
+
+  constructor() {
+    show($("help-english"), language !== "en");
+  }
 
   /** `help`: the page, `at`: the heading on it, as the links of the pages have them. */
   async open(parameters) {
@@ -32,9 +37,9 @@ export class HelpView {
   async #text(name) {
     if (!this.#pages.has(name)) {
       const answer = await fetch(`help-${encodeURIComponent(name)}.html`).catch(() => {
-        throw new Error("The station does not answer: this page of the Help cannot be read now.");
+        throw new Error(T.help.noAnswer);
       });
-      if (!answer.ok) throw new Error(answer.status === 404 ? `The Help has no page "${name}".` : `HTTP status ${answer.status}`);
+      if (!answer.ok) throw new Error(answer.status === 404 ? T.help.unknown(name) : `HTTP status ${answer.status}`);
       this.#pages.set(name, await answer.text());
     }
     return this.#pages.get(name);

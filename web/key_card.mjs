@@ -3,6 +3,7 @@
 
 import { get, post } from "./api.mjs";
 import { $, element, say, show } from "./dom.mjs";
+import { C } from "./records_words.mjs";
 
 export class KeyCard {
   #userName;
@@ -23,9 +24,9 @@ export class KeyCard {
     show($("key-form"), key === null);
     show($("key-text"), key !== null);
     if (key === null) return;
-    const link = Object.assign(element("a", "Download the public key"), { download: `${key.key_id}.pub` });
+    const link = Object.assign(element("a", C.key.download), { download: `${key.key_id}.pub` });
     link.href = URL.createObjectURL(new Blob([key.file], { type: "text/plain" }));
-    $("key-text").replaceChildren(`${key.comment}, key ${key.key_id}. `, link, ": give it to those who verify. The secret one stays in the station's data folder.");
+    $("key-text").replaceChildren(C.key.of(key.comment, key.key_id), link, C.key.give);
   }
 
   async #make(event) {

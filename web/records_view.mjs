@@ -3,10 +3,10 @@
 
 import { AlarmsCard } from "./alarms_card.mjs";
 import { get, post } from "./api.mjs";
-import { $, element, say, show } from "./dom.mjs";
+import { $, element, english, say, show } from "./dom.mjs";
 import { KeyCard } from "./key_card.mjs";
 import { badge } from "./runs_view.mjs";
-import { limitsText, ratingText, standingOf, valueText } from "./records_words.mjs";
+import { C, dueText, kindText, limitsText, ratingText, standingOf, valueText } from "./records_words.mjs";
 import { unitAddress } from "./units_view.mjs";
 
 const GRAVITY = "gravity";
@@ -49,15 +49,15 @@ export class RecordsView {
       const row = element("tr", "");
       const state = element("td", "");
       state.append(badge(standingOf(entry)));
-      const retire = Object.assign(element("button", "Retire…"), { type: "button", className: "small" });
+      const retire = Object.assign(element("button", C.references.retire), { type: "button", className: "small" });
       retire.dataset.needs = "engineer";
-      retire.setAttribute("aria-label", `Retire ${entry.name}`);
+      retire.setAttribute("aria-label", C.references.retireIt(entry.name));
       retire.addEventListener("click", () => this.#askToRetire(entry));
       const actions = element("td", "");
       if (entry.retired === null) actions.append(retire);
       const { correction, standard_uncertainty: uncertainty, unit } = entry;
       const numbers = [correction, uncertainty].map((value) => valueText(value, uncertainty, unit));
-      row.append(...[this.#kindText(entry.kind), entry.name, entry.certificate].map((text) => element("td", text)), state, element("td", entry.due), ...numbers.map((text) => element("td", text)), actions);
+      row.append(...[kindText(entry.kind), entry.name, entry.certificate].map((text) => element("td", text)), state, element("td", dueText(entry.due)), ...numbers.map((text) => element("td", text)), actions);
       return row;
     });
     $("references").tBodies[0].replaceChildren(...rows);
@@ -65,31 +65,29 @@ export class RecordsView {
     show($("references-none"), rows.length === 0);
   }
 
-  /** As the form names it. */
-  #kindText(kind) {
-    return [...$("reference-kind").options].find(({ value }) => value === kind)?.text ?? kind;
-  }
-
   #showTypes({ types, folder, troubles }) {
     const rows = types.map((type) => {
       const row = element("tr", "");
-      row.append(...[type.name, type.description, ratingText(type), limitsText(type.limits)].map((text) => element("td", text)));
+      const about = element("td", "");
+      about.append(english(type.description));
+      row.append(element("td", type.name), about, ...[ratingText(type), limitsText(type.limits)].map((text) => element("td", text)));
       return row;
     });
     $("types").tBodies[0].replaceChildren(...rows);
     say($("types-folder"), folder);
-    $("types-troubles").replaceChildren(...troubles.map((text) => element("li", text)));
+    $("types-troubles").replaceChildren(...troubles.map((text) => Object.assign(element("li", text), { lang: "en" })));
     show($("types-troubles"), troubles.length > 0);
     const option = (text, value) => Object.assign(element("option", text), { value });
-    $("new-unit-type").replaceChildren(option("Choose…", ""), ...types.map(({ name }) => option(name, name)));
+    $("new-unit-type").replaceChildren(option(C.newUnit.choose, ""), ...types.map(({ name }) => option(name, name)));
   }
 
   #sayUnit() {
-    const [unit, correction] = $("reference-kind").selectedOptions[0].dataset.says.split("|");
-    const isGravity = $("reference-kind").value === GRAVITY;
+    const [{ value: kind, dataset: { unit } }] = $("reference-kind").selectedOptions;
+    const isGravity = kind === GRAVITY;
+    const correction = C.entry.corrections[kind];
     say($("reference-unit"), unit);
-    say($("reference-correction-what"), isGravity ? `Local gravity, ${unit}` : `Correction, ${unit}: ${correction}`);
-    show($("reference-correction-box"), isGravity || correction !== "");
+    say($("reference-correction-what"), isGravity ? C.entry.gravity(unit) : C.entry.correction(unit, correction));
+    show($("reference-correction-box"), isGravity || correction !== undefined);
     $("reference-correction").required = isGravity;
   }
 
@@ -109,7 +107,7 @@ export class RecordsView {
     await tell("reference-failure", async () => {
       const user = text("reference-user");
       this.#showReferences((await post("references/add", { ...entry, user }).catch(markField)).references);
-      say($("records-news"), `${entry.name} is entered.`);
+      say($("records-news"), C.references.entered(entry.name));
       $("reference-form").reset();
       $("reference-user").value = user;
       this.#sayUnit();
@@ -119,7 +117,7 @@ export class RecordsView {
 
   #askToRetire(entry) {
     this.#retiring = entry;
-    say($("retire-text"), `${this.#kindText(entry.kind)} “${entry.name}”, certificate ${entry.certificate}: it is out of use from now on. What was measured with it keeps it.`);
+    say($("retire-text"), C.retire.about(kindText(entry.kind), entry.name, entry.certificate));
     $("retire-reason").value = "";
     $("retire-user").value = this.#operator();
     show($("retire-failure"), false);
@@ -134,7 +132,7 @@ export class RecordsView {
       const { references } = await post("references/retire", record);
       $("retire-dialog").close();
       this.#showReferences(references);
-      say($("records-news"), `${this.#retiring.name} is retired.`);
+      say($("records-news"), C.references.retired(this.#retiring.name));
       $("records-title").focus(); // the button that led here is gone
     });
   }
@@ -145,7 +143,7 @@ export class RecordsView {
     await tell("new-unit-failure", async () => {
       const { unit, type } = await post("unit/add", { unit: $("new-unit-serial").value.trim(), type: $("new-unit-type").value, user: this.#userName() });
       const link = Object.assign(element("a", unit), { href: unitAddress(unit) });
-      $("new-unit-done").replaceChildren(link, ` is added, type ${type}.`);
+      $("new-unit-done").replaceChildren(link, C.newUnit.added(type));
       $("new-unit-serial").value = "";
     });
   }

@@ -56,8 +56,9 @@ export class RunView {
       const wasShown = this.#document !== null;
       this.#document = document;
       this.#showParts();
+      // First: the rest of the page is written while the station answers.
+      if (this.#hasSamples()) this.#showStrip(span, wasShown);
       this.#render();
-      if (document.run.samples_dropped === null) await this.#showStrip(document, span, wasShown);
     } catch (error) {
       if (asked !== this.#asked) return;
       say($("run-failure"), error.message);
@@ -66,10 +67,8 @@ export class RunView {
     this.#showParts();
   }
 
-  async #showStrip(document, span, wasShown) {
-    const asked = this.#asked;
-    await this.#strip.open(document, span);
-    if (asked !== this.#asked) return;
+  #showStrip(span, wasShown) {
+    this.#strip.open(this.#document, span);
     this.#choose(null);
     if (!wasShown) this.#offerChannels();
     this.#pickChannels();

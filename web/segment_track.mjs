@@ -42,13 +42,14 @@ export class SegmentTrack {
 
   /** Behind the lines of a panel. */
   tint(context, area, toX) {
+    const fills = Object.fromEntries(Object.entries(TINTS).map(([kind, name]) => [kind, colour(name)]));
     for (const { segment, kind } of this.#segments) {
       const left = Math.max(area.x, toX(segment.t_start_s));
       const right = Math.min(area.x + area.w, toX(segment.t_end_s));
       if (right <= left) continue;
       context.save();
       context.globalAlpha = SHARES[kind];
-      context.fillStyle = colour(TINTS[kind]);
+      context.fillStyle = fills[kind];
       context.fillRect(left, area.y, Math.max(1, right - left), area.h);
       context.restore();
     }

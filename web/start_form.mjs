@@ -209,9 +209,10 @@ export class StartForm {
     const rows = serials.map((serial) => {
       const row = element("p", "");
       const types = document.createElement("select");
-      types.append(...this.#types.map((name) => Object.assign(element("option", name), { value: name })));
+      types.append(new Option(T.start.choose, ""), ...this.#types.map((name) => new Option(name)));
       types.setAttribute("aria-label", T.start.typeOf(serial));
-      const add = Object.assign(element("button", T.start.enter(serial)), { type: "button", className: "small" });
+      const add = Object.assign(element("button", T.start.enter(serial)), { type: "button", className: "small", disabled: true });
+      types.addEventListener("change", () => { add.disabled = types.value === ""; });
       add.addEventListener("click", () => this.#enterUnit(serial, types.value));
       row.append(add, " ", types);
       return row;

@@ -11,6 +11,7 @@ import { loadDygraphs, StripPanel } from "./strip_panel.mjs";
 import { clamped, moved, wholeOf, zoomed } from "./time_span.mjs";
 
 const [FEWEST_POINTS, MOST_POINTS] = [200, 2000]; // the latter is the station's limit
+const POINT_PIXELS = 2; // of one stretch: what is drawn takes as long as it has points
 const CLICK_PIXELS = 5;
 const ZOOM = 2;
 const WHEEL_ZOOM = 1.25;
@@ -46,7 +47,7 @@ export class StripChart {
   }
 
   /** Shows another run, or the same one after it has changed; `span`: [from_s, to_s], or null for all of it, or what was shown of it. */
-  async open(document, span) {
+  open(document, span) {
     const isSame = document.run.run_id === this.#document?.run.run_id && document.run.unit === this.#document.run.unit;
     this.#document = document;
     this.#track.segments = document.segments;
@@ -54,7 +55,6 @@ export class StripChart {
     if (!isSame) this.#forget();
     if (span) this.#window = clamped(span, this.#whole());
     else if (!isSame) this.#window = this.#whole();
-    this.#Dygraph ??= await loadDygraphs();
     this.#sayWindow();
   }
 
@@ -120,6 +120,7 @@ export class StripChart {
       const [from_s, to_s] = this.#window;
       try {
         const answers = await Promise.all(this.#questions(from_s, to_s).map((question) => get(question)));
+        this.#Dygraph ??= await loadDygraphs();
         if (!this.#stale) this.#draw(answers);
       } catch (error) {
         if (error.where === BUSY && !$("run-view").hidden) {
@@ -133,7 +134,7 @@ export class StripChart {
   }
 
   #questions(from_s, to_s) {
-    const points = Math.round(Math.min(MOST_POINTS, Math.max(FEWEST_POINTS, $("strip").clientWidth)));
+    const points = Math.round(Math.min(MOST_POINTS, Math.max(FEWEST_POINTS, $("strip").clientWidth / POINT_PIXELS)));
     const { run_id, unit } = this.#document.run;
     const streams = new Set(this.#channels.map(({ stream }) => stream));
     return [...streams].map((stream) => {

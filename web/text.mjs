@@ -41,16 +41,22 @@ function writeTexts(root, group, texts) {
   for (const template of root.querySelectorAll("template")) writeTexts(template.content, group, texts);
 }
 
+/** Of groups whose texts stand in the page already: name → texts. */
+const written = new Map();
+
 /**
- * The texts of a group of views (text_GROUP_LANGUAGE.mjs), which are written into its part of the page before it is shown. To be asked for once, by
- * the module that hands them to the others of the group.
+ * The texts of a group of views (text_GROUP_LANGUAGE.mjs), which are written into its part of the page before it is shown. Throws where the station
+ * does not answer; another try may find it. A module that fails to begin fails for good: whoever loads modules that ask for texts asks for those texts first.
  * @param {string} group as data-texts of index.html names it
  * @returns {Promise<any>}
  */
 export async function textsOf(group) {
-  const { text } = await import(`./text_${group}_${language}.mjs`);
-  writeTexts(document, group, text);
-  return text;
+  if (!written.has(group)) {
+    const { text } = await import(`./text_${group}_${language}.mjs`);
+    if (!written.has(group)) writeTexts(document, group, text); // somebody may have asked meanwhile
+    written.set(group, text);
+  }
+  return written.get(group);
 }
 
 /**

@@ -99,8 +99,13 @@ export const text = {
     waitsForYou: "Wartet auf Sie",
     language: "Sprache",
     licence: "Lizenz von dygraphs",
-    english: "Diese Ansicht gibt es bisher nur auf Englisch.",
     viewFailure: "Diese Ansicht konnte nicht geladen werden. Ist die Station da? Die Seite neu laden.",
+  },
+  help: {
+    title: "Hilfe",
+    english: "Die Anleitung gibt es nur auf Englisch.",
+    unknown: (name) => `In der Hilfe gibt es keine Seite „${name}“.`,
+    noAnswer: "Die Station antwortet nicht: Diese Seite der Hilfe ist jetzt nicht zu lesen.",
   },
   lost: {
     title: "Keine Verbindung zu soakd.",
@@ -298,7 +303,7 @@ export const text = {
     writes: (size) => `schreibt etwa ${size}`,
     free: (size) => `; ${size} sind frei`,
     refused: (message, place) => `Abgelehnt: ${message}${place}`,
-    toRecords: "Das neue Zertifikat eintragen oder das alte ausmustern: Prüfmittel",
+    toRecords: "Den neuen Kalibrierschein eintragen oder das Prüfmittel ausmustern: Prüfmittel",
     holds: (slot, serial, type) => `Steckplatz ${slot}: ${serial}, Typ ${type}`,
     look: "Steckplätze abfragen",
     looking: "Wird abgefragt, einige Sekunden …",

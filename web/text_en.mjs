@@ -24,8 +24,13 @@ export const text = {
     waitsForYou: "Waiting for you",
     language: "Language",
     licence: "Licence of dygraphs",
-    english: "This view is in English only as yet.",
     viewFailure: "This view could not be loaded. Is the station there? Reload the page.",
+  },
+  help: {
+    title: "Help",
+    english: "The guide is in English.",
+    unknown: (name) => `The Help has no page "${name}".`,
+    noAnswer: "The station does not answer: this page of the Help cannot be read now.",
   },
   lost: {
     title: "No connection to soakd.",

@@ -32,6 +32,7 @@ export const text = {
   },
   verdicts: { none: "NICHTS GEFUNDEN", named: "EFFEKT GEFUNDEN", unknown: "NICHT ERKLÄRT", cannot_judge: "NICHT ZU BEURTEILEN" },
   effect,
+  effectTitle: effect,
   either,
   allSensors: "allen Sensoren",
   found: {
@@ -47,8 +48,8 @@ export const text = {
     unknown: "Entlang dieser Größe suchen: Vorrichtung, Kabel, Gebäude. Dann neu aufzeichnen und neu suchen.",
     cannotJudge: "Einen weiteren Lauf desselben Prüfablaufs aufzeichnen, oder den Lauf für ungültig erklären, den die Begründung nennt. Dann neu suchen.",
     carried: "Das Modell enthält schon, was gefunden wurde: einen Lauf aufzeichnen, den keine Anpassung gesehen hat, dann vorher und nachher vergleichen.",
-    tell: (name, rivals, experiment) => [`${effect(name)} ist kaum zu unterscheiden von ${either(rivals)}. Vor dem Annehmen dies aufzeichnen: `, { english: experiment }, "."],
-    accept: (names) => `${names.length > 0 ? names.map(effect).join(" und ") : "Was gefunden wurde,"} annehmen, einen Lauf aufzeichnen, den keine Anpassung gesehen hat, dann vorher und nachher vergleichen.`,
+    tell: (name, rivals, experiment) => [`Kaum zu unterscheiden: ${effect(name)} von ${either(rivals)}. Vor dem Annehmen dies aufzeichnen: `, { english: experiment }, "."],
+    accept: (names) => `${names.length > 0 ? `Annehmen: ${names.map(effect).join(" und ")}. Dann` : "Was gefunden wurde, annehmen, dann"} einen Lauf aufzeichnen, den keine Anpassung gesehen hat, und vorher mit nachher vergleichen.`,
   },
   evidence: {
     size: "Größe",

@@ -24,6 +24,8 @@ export const text = {
   verdicts: { none: "NOTHING FOUND", named: "EFFECT FOUND", unknown: "NOT EXPLAINED", cannot_judge: "CANNOT BE JUDGED" },
   /** An effect by its name in the interface. */
   effect,
+  /** The same at the head of its card; the g of "g sensitivity" is no G. */
+  effectTitle: (name) => effect(name).replace(/^[a-z](?=[a-z])/, (first) => first.toUpperCase()),
   either,
   allSensors: "all sensors",
   found: {
@@ -42,7 +44,7 @@ export const text = {
     cannotJudge: "Record another run of the same procedure, or void the run that the reason names. Then search again.",
     carried: "The model carries what was found already: record a run that no fit has seen, then compare before and after.",
     /** @returns {import("./dom.mjs").Part[]} */
-    tell: (name, rivals, experiment) => [`${effect(name)} is hardly told from ${either(rivals)}. Before you accept it, record this: `, { english: experiment }, "."],
+    tell: (name, rivals, experiment) => [`What was found may be ${effect(name)}, or ${either(rivals)}: these runs hardly tell. Before you accept it, record this: `, { english: experiment }, "."],
     /** `names`: of the effects, where not all that were found are to be accepted. */
     accept: (names) => `Accept ${names.length > 0 ? names.map(effect).join(" and ") : "it"}, record a run that no fit has seen, then compare before and after.`,
   },

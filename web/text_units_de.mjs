@@ -130,7 +130,7 @@ export const text = {
     olderMean: "dessen 95 %, mittlere Kurve",
     curve: "Kurve",
     rules: (count) => `ANFIS, ${plural(count, { one: `${count} Regel`, other: `${count} Regeln` })}`,
-    kind: (name) => CURVES[name] ?? name,
+    kind: (name) => (Object.hasOwn(CURVES, name) ? CURVES[name] : name),
     residualFit: "Restfehler der Anpassung",
     residualHeldOut: "Restfehler, zurückgehaltene Läufe",
     runToRun: "Von Lauf zu Lauf",

@@ -112,7 +112,7 @@ export function sortedWarnings(unit) {
 // ---- sensors
 
 export const sensorText = (name) => U.sensors.name(name);
-export const unitText = ({ unit }) => ({ "deg/s": "°/s", "m/s2": "m/s²" })[unit] ?? unit;
+export const unitText = ({ unit }) => ({ deg: "°", "deg/s": "°/s", "m/s2": "m/s²" })[unit] ?? unit;
 
 /** An error as people read it; small ones with the digits that they have. */
 const size = (value) => (value === null ? UNKNOWN : significant(value, 2));

@@ -2,7 +2,6 @@
 // Which view of the page is shown: what stands behind # in the address, so that links, reload and Back work.
 
 import { $, show } from "./dom.mjs";
-import { language } from "./text.mjs";
 
 /** "#run=ID&unit=SN" → {name: "run", parameters}; what is not known is the station. */
 function placeOf(hash, views) {
@@ -19,8 +18,6 @@ export function connectViews(views) {
   const go = async (event) => {
     const { name, parameters } = placeOf(location.hash, views);
     for (const other of Object.keys(views)) show($(`${other}-view`), other === name);
-    // index.html marks the views whose texts are not in the modules of languages yet.
-    show($("english"), language !== "en" && $(`${name}-view`).lang === "en");
     const link = { run: "runs", unit: "units" }[name] ?? name;
     for (const other of document.querySelectorAll(".top nav a")) {
       if (other.id === `to-${link}`) other.setAttribute("aria-current", "page");

@@ -84,8 +84,9 @@ struct RunRow {
   calib::Site site;
   std::uint64_t rows = 0;
   double duration_s = 0.0;
-  std::string cut_short = {};  ///< why it ended before its last visit; empty = it has all of them
-  std::string continues = {};  ///< run id of the run that was cut short and goes on here; empty = none
+  std::string cut_short = {};       ///< why it ended before its last visit; empty = it has all of them
+  std::string continues = {};       ///< run id of the run that was cut short and goes on here; empty = none
+  std::string numbers_sha256 = {};  ///< of all that the catalog holds of it but voids and drops; not read by add_run()
   std::optional<SampleDrop> samples_dropped = {};  ///< the last drop, where the file is gone; not read by add_run()
 };
 
@@ -268,6 +269,8 @@ class Catalog {
 
   /// The unit, added with type `type` and epoch 0 where it is new.
   [[nodiscard]] base::Result<UnitRow> ensure_unit(std::string_view serial, std::string_view type);
+  /// The same where `user` (not empty) asks for it: a unit that is new is in the event log, as "unit_added".
+  [[nodiscard]] base::Result<UnitRow> add_unit(std::string_view serial, std::string_view type, std::string_view user);
   [[nodiscard]] base::Result<std::optional<UnitRow>> unit(std::string_view serial) const;
   [[nodiscard]] base::Result<std::vector<UnitRow>> units() const;
   /// Starts the unit's next epoch (after a repair or re-flash) and logs who did it and why. Refuses (bad_input) an

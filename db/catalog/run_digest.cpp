@@ -6,6 +6,7 @@
 #include <SQLiteCpp/Column.h>
 #include <SQLiteCpp/Statement.h>
 #include <fmt/format.h>
+#include <sqlite3.h>
 
 #include <utility>
 #include <vector>
@@ -17,10 +18,16 @@ namespace soak::db::catalog {
 namespace {
 
 void add_value(base::Sha256& hash, const SQLite::Column& value) {
-  if (value.isNull()) return add_null(hash);
-  if (value.isInteger()) return add_integer(hash, value.getInt64());
-  if (value.isFloat()) return add_real(hash, value.getDouble());
-  add_text(hash, value.getString());
+  switch (value.getType()) {
+    case SQLITE_NULL:
+      return add_null(hash);
+    case SQLITE_INTEGER:
+      return add_integer(hash, value.getInt64());
+    case SQLITE_FLOAT:
+      return add_real(hash, value.getDouble());
+    default:
+      return add_text(hash, value.getString());
+  }
 }
 
 void add_rows(base::Sha256& hash, const SQLite::Database& database, const std::string& sql, std::string_view run_id,

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <filesystem>
-#include <map>
 #include <string_view>
 #include <system_error>
 
@@ -50,8 +49,25 @@ RunRow run_from(sqlite::Fields& fields) {
   run.duration_s = fields.real();
   run.cut_short = fields.text();
   run.continues = fields.text();
+  run.numbers_sha256 = fields.text();
   run.voided = fields.flag();
   return run;
+}
+
+/// Runs of a unit (?1), of a campaign (?2), of that name (?3). Only what is asked for is a condition, so that an index
+/// serves it. A whole id or a label wins over the start of an id of at least ?4 characters.
+std::string query_of(const RunFilter& filter) {
+  const std::string_view unit = filter.unit ? "unit = ?1" : "?1 IS NULL";
+  const std::string_view campaign = filter.campaign ? "campaign = ?2" : "?2 IS NULL";
+  const std::string named = fmt::format(
+      "(run_id = ?3 OR label = ?3 OR (length(?3) >= ?4 AND substr(run_id, 1, length(?3)) = ?3 AND NOT EXISTS (SELECT 1 "
+      "FROM (SELECT run_id, label FROM run WHERE {} AND {}) AS named WHERE named.run_id = ?3 OR named.label = ?3)))",
+      unit, campaign);
+  return fmt::format(
+      "SELECT {}, numbers_sha256, EXISTS (SELECT 1 FROM void WHERE void.run_id = run.run_id AND void.unit = run.unit "
+      "AND "
+      "void.visit IS NULL) FROM run WHERE {} AND {} AND {} ORDER BY created_utc_s, run_id, unit",
+      kRunColumns, unit, campaign, filter.run ? named : "(?3 IS NULL AND ?4 > 0)");
 }
 
 /// In the order in which drop_from() reads them.
@@ -66,17 +82,6 @@ SampleDrop drop_from(sqlite::Fields& fields) {
   drop.user = fields.text();
   drop.utc_s = fields.real();
   return drop;
-}
-
-/// The last drop of each run, by run id.
-std::map<std::string, SampleDrop> sample_drops(const SQLite::Database& database) {
-  std::map<std::string, SampleDrop> drops;
-  const std::string sql = fmt::format("SELECT {} FROM sample_drop ORDER BY rowid", kDropColumns);
-  for (SampleDrop& drop : sqlite::rows_of(database, sql, drop_from)) {
-    std::string run_id = drop.run_id;
-    drops.insert_or_assign(std::move(run_id), std::move(drop));
-  }
-  return drops;
 }
 
 bool is_there(const std::filesystem::path& path) {
@@ -256,21 +261,18 @@ base::Status Catalog::check_numbers(const RunRow& run) const {
 
 base::Result<std::vector<RunRow>> Catalog::runs(const RunFilter& filter) const {
   return impl_->connection.run("read the runs", [&]() -> base::Result<std::vector<RunRow>> {
-    // A whole id or a label wins over the start of an id.
-    auto runs = sqlite::rows_of(
+    auto runs = sqlite::rows_of(impl_->database(), query_of(filter), run_from, filter.unit, filter.campaign, filter.run,
+                                kShortestPrefix);
+    SQLite::Statement last_drop(
         impl_->database(),
-        std::string("SELECT ") + kRunColumns +
-            ", EXISTS (SELECT 1 FROM void WHERE void.run_id = run.run_id AND void.unit = run.unit AND "
-            "void.visit IS NULL) FROM run WHERE (?1 IS NULL OR unit = ?1) AND (?2 IS NULL OR campaign = ?2) AND "
-            "(?3 IS NULL OR run_id = ?3 OR label = ?3 OR (length(?3) >= ?4 AND substr(run_id, 1, length(?3)) = ?3 AND "
-            "NOT EXISTS (SELECT 1 FROM run AS named WHERE (named.run_id = ?3 OR named.label = ?3) AND "
-            "(?1 IS NULL OR named.unit = ?1) AND (?2 IS NULL OR named.campaign = ?2)))) "
-            "ORDER BY created_utc_s, run_id, unit",
-        run_from, filter.unit, filter.campaign, filter.run, kShortestPrefix);
-    const auto drops = sample_drops(impl_->database());
+        fmt::format("SELECT {} FROM sample_drop WHERE run_id = ? ORDER BY rowid DESC LIMIT 1", kDropColumns));
     for (RunRow& run : runs) {
-      const auto dropped = drops.find(run.run_id);
-      if (dropped != drops.end() && !is_there(run_file_path(run))) run.samples_dropped = dropped->second;
+      sqlite::bind_all(last_drop, run.run_id);
+      if (last_drop.executeStep() && !is_there(run_file_path(run))) {
+        sqlite::Fields fields(last_drop);
+        run.samples_dropped = drop_from(fields);
+      }
+      last_drop.reset();
     }
     if (filter.run) {
       const auto unique = check_prefix(runs, *filter.run, impl_->connection.path().string());

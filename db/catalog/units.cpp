@@ -50,6 +50,18 @@ base::Result<UnitRow> Catalog::ensure_unit(std::string_view serial, std::string_
   });
 }
 
+base::Result<UnitRow> Catalog::add_unit(std::string_view serial, std::string_view type, std::string_view user) {
+  if (user.empty()) return impl_->refuse("a unit that is added needs a user");
+  return impl_->connection.transact("add the unit", [&]() -> base::Result<UnitRow> {
+    const bool is_new = !find_unit(impl_->database(), serial);
+    auto unit = ensure_unit(serial, type);
+    if (unit && is_new) {
+      impl_->log({catalog::now_utc_s(), "unit_added", std::string(serial), "as " + unit->type, std::string(user)});
+    }
+    return unit;
+  });
+}
+
 base::Result<std::optional<UnitRow>> Catalog::unit(std::string_view serial) const {
   return impl_->connection.run(
       "read the unit", [&]() -> base::Result<std::optional<UnitRow>> { return find_unit(impl_->database(), serial); });

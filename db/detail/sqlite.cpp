@@ -119,9 +119,11 @@ base::Status configure(SQLite::Database& database, const std::filesystem::path& 
   return {};
 }
 
+/// SQLite's own lock, which each value that is read would take and leave, is not needed: a connection has one thread at
+/// a time. A strip chart reads some hundred thousand values.
 int flags_of(Access access) {
   if (access == Access::read_write) return SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE;
-  return SQLite::OPEN_READONLY | SQLite::OPEN_URI;
+  return SQLite::OPEN_READONLY | SQLite::OPEN_URI | SQLite::OPEN_NOMUTEX;
 }
 
 base::Error system_error(std::string_view doing, const std::filesystem::path& path) {

@@ -376,6 +376,8 @@ CREATE TABLE verification (
   FOREIGN KEY (unit, model_version) REFERENCES model (unit, version)
 );
 CREATE INDEX verification_of_model ON verification (unit, model_version);
+
+CREATE INDEX sample_drop_of_run ON sample_drop (run_id);
 )sql";
 
 /// Tables whose rows are only ever added, with the column that numbers them.

@@ -13,7 +13,7 @@ std::pair<std::string, std::string> key_of(const json& alarm) {
 
 }  // namespace
 
-std::vector<AlarmBook::Entry> AlarmBook::take(const json& alarms, double now_s) {
+std::vector<AlarmBook::Entry> AlarmBook::take(const json& alarms, double now_s, const MayLast& may_last) {
   for (const json& alarm : alarms) {
     if (alarm.at("calls") != true) continue;
     const auto [place, is_new] = known_.try_emplace(key_of(alarm));
@@ -24,6 +24,7 @@ std::vector<AlarmBook::Entry> AlarmBook::take(const json& alarms, double now_s) 
   std::vector<Entry> entries;
   for (auto place = known_.begin(); place != known_.end();) {
     Known& known = place->second;
+    if (known.is_told && may_last(place->first.first)) known.seen_s = now_s;
     const double away_s = now_s - known.seen_s;
     if (away_s == 0.0 && !known.is_told && now_s - known.since_s >= kHolds_s) begin(known, now_s, entries);
     const bool is_over = away_s > 0.0 && (!known.is_told || away_s >= kStaysAway_s);

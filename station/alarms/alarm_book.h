@@ -2,10 +2,12 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -35,9 +37,12 @@ class AlarmBook {
     nlohmann::json alarm;  ///< of alarms_of()
   };
 
+  /// Whether an alarm with that code may last though it is not among those that are seen.
+  using MayLast = std::function<bool(std::string_view code)>;
+
   /// What is to be told now. `alarms`: those of a status document; those that do not call are left out. `now_s`: of a
-  /// clock that does not go back.
-  [[nodiscard]] std::vector<Entry> take(const nlohmann::json& alarms, double now_s);
+  /// clock that does not go back. What may last has not ended.
+  [[nodiscard]] std::vector<Entry> take(const nlohmann::json& alarms, double now_s, const MayLast& may_last);
 
  private:
   struct Known {

@@ -20,6 +20,7 @@ using nlohmann::json;
 
 constexpr std::string_view kAlarm = "alarm";
 constexpr std::string_view kWarning = "warning";
+constexpr std::string_view kWaitsFor = "waits_for_";  // before the cause
 /// Degrees from the expected direction within which a position is right (station/lab/position_watch.h).
 constexpr int kTilt_deg = 5;
 constexpr std::string_view kDoorStaysClosed = "Keep the door closed until the station says that it is safe.";
@@ -144,6 +145,7 @@ std::string face(std::string label) {
 /// How a unit that rests wrong comes to rest as it should: turned, or seated where the right face is up already.
 std::string turn_text(const std::string& up, const std::string& expected) {
   if (up == expected) return fmt::format("rests more than {}° from {}: seat it", kTilt_deg, face(expected));
+  if (up.empty()) return fmt::format("{} is up now, turn it to {}", face(up), face(expected));
   const bool half = up.substr(1) == expected.substr(1);
   return fmt::format("{} is up now, turn it {} to {}", face(up), half ? "half a turn" : "a quarter turn",
                      face(expected));
@@ -188,7 +190,7 @@ void add_units(const Seen& seen, std::vector<Alarm>& alarms) {
 void add_suspension(const Seen& seen, const std::string& campaign, std::vector<Alarm>& alarms) {
   for (const Suspension& one : kSuspensions) {
     if (!is_cause(seen, one.cause)) continue;
-    alarms.push_back({fmt::format("waits_for_{}", one.cause), campaign, one.level, std::string(one.title),
+    alarms.push_back({fmt::format("{}{}", kWaitsFor, one.cause), campaign, one.level, std::string(one.title),
                       std::string(one.action), "", end_of_wait(seen)});
   }
 }
@@ -295,6 +297,10 @@ json alarms_of(const json& status) {
   json list = json::array();
   for (const Alarm& alarm : alarms) list.push_back(document_of(alarm));
   return list;
+}
+
+bool may_last_unseen(const json& status, std::string_view code) {
+  return status.at("state") == "paused" && code.starts_with(kWaitsFor);
 }
 
 }  // namespace soak::station

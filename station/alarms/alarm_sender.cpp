@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "station/alarms/alarm_message.h"
+#include "station/alarms/alarm_rules.h"
 #include "station/io/host.h"
 #include "station/runs/run_archive.h"
 
@@ -119,7 +120,8 @@ void AlarmSender::look() {
   json alarms = status.at("alarms");
   // A status that stands still cannot say so itself.
   if (turns_.stand_still(version, steady_s())) alarms.push_back(engine_stuck());
-  for (const AlarmBook::Entry& entry : book_.take(alarms, steady_s())) tell(entry, name);
+  const auto may_last = [&](std::string_view code) { return may_last_unseen(status, code); };
+  for (const AlarmBook::Entry& entry : book_.take(alarms, steady_s(), may_last)) tell(entry, name);
 }
 
 void AlarmSender::tell(const AlarmBook::Entry& entry, const std::string& campaign) {

@@ -17,8 +17,11 @@
 #include "calib/model/model_document.h"
 #include "station/commands/command.h"
 #include "station/commands/shared.h"
+#include "station/fit/fit_batch.h"
+#include "station/fit/fit_inputs.h"
 #include "station/fit/fit_unit.h"
 #include "station/io/data_folder.h"
+#include "station/io/host.h"
 
 namespace soak::station {
 namespace {
@@ -34,6 +37,10 @@ struct FitCommand final : CatalogCommand {
 
   void declare(OptionList& options) override;
   base::Status run_with(db::Catalog& catalog, Output& output) override;
+
+ private:
+  base::Status fit_one(db::Catalog& catalog, Output& output) const;
+  base::Status fit_all(const db::Catalog& catalog, Output& output) const;
 };
 
 void FitCommand::declare(OptionList& options) {
@@ -46,7 +53,8 @@ void FitCommand::declare(OptionList& options) {
     return {};
   };
   options.add("--unit SN", &unit, "Serial number of the unit");
-  options.add("--all", &all, "Fit every unit of the data folder").excludes("--unit");
+  options.add("--all", &all, "Fit every unit whose newest model was not made of the same runs and options")
+      .excludes("--unit");
   options.require_one_of({"--unit", "--all"}, "--unit SN or --all");
   options.add("--campaign NAME", &campaign, "Use only runs of this campaign");
   options.add("--rules auto|N", read_rules,
@@ -208,8 +216,7 @@ base::Status add_chamber_time(const calib::UnitInput& input, const calib::UnitMo
   return {};
 }
 
-base::Result<std::vector<std::string>> units_to_fit(const db::Catalog& catalog, const FitCommand& command) {
-  if (!command.all) return std::vector<std::string>{command.unit};
+base::Result<std::vector<std::string>> all_serials(const db::Catalog& catalog) {
   const auto units = catalog.units();
   if (!units) return base::forward_error(units);
   std::vector<std::string> serials;
@@ -218,64 +225,132 @@ base::Result<std::vector<std::string>> units_to_fit(const db::Catalog& catalog, 
   return serials;
 }
 
-base::Result<calib::UnitModel> fit_one(db::Catalog& catalog, base::Result<calib::UnitInput>& input,
-                                       const FitCommand& command, CheckWarnings& check_warnings,
-                                       std::vector<calib::Warning> warnings) {
-  if (!input) return base::forward_error(input);
-  const auto terms = accepted_terms(catalog, input->unit, input->epoch);
-  if (!terms) return base::forward_error(terms);
-  return fit_with_terms(catalog, *input, *terms, {command.rules}, command.jobs, check_warnings, std::move(warnings));
+/// What `soak fit` printed of the newest model of a unit.
+base::Result<nlohmann::json> stored_fit(const db::Catalog& catalog, const std::string& serial) {
+  const auto model = catalog.model(serial);
+  if (!model) return base::forward_error(model);
+  auto document = *model ? nlohmann::json::parse((*model)->document, nullptr, false) : nlohmann::json();
+  if (!document.contains("fit")) return base::corrupt("the stored model cannot be read", "unit " + serial);
+  return std::move(document["fit"]);
 }
 
-base::Status all_failures(const std::vector<base::Error>& failures, std::size_t units) {
-  std::string message = fmt::format("{} of {} units could not be fitted:", failures.size(), units);
-  for (const base::Error& error : failures) {
-    message += fmt::format("\n  {}{}{}", error.where, error.where.empty() ? "" : ": ", error.message);
+/// Root mean square error of a sensor's deployed curve on rows that it did not see, in printed units.
+std::optional<double> held_out_error(const nlohmann::json& sensor) {
+  const std::string deployed = sensor.value("deployed", "");
+  const nlohmann::json::json_pointer baseline("/baselines/" + deployed + "/rmse_abs");
+  const nlohmann::json& error = deployed == "anfis"         ? sensor.at("check_rmse")
+                                : sensor.contains(baseline) ? sensor[baseline]
+                                                            : nlohmann::json();
+  return error.is_number() ? std::optional(error.get<double>()) : std::nullopt;
+}
+
+std::vector<std::string> batch_row(const nlohmann::json& fit, bool up_to_date) {
+  std::optional<double> gyro;
+  std::optional<double> accel;
+  std::set<std::string> warnings;
+  const auto add_warnings = [&](const nlohmann::json& list) {
+    for (const nlohmann::json& warning : list) warnings.insert(warning.at("text").get<std::string>());
+  };
+  add_warnings(fit.at("warnings"));
+  std::size_t runs = 0;
+  for (const auto& [name, sensor] : fit.at("sensors").items()) {
+    const auto error = held_out_error(sensor);
+    std::optional<double>& largest = name.starts_with("gyro") ? gyro : accel;
+    if (error) largest = std::max(largest.value_or(0.0), *error);
+    add_warnings(sensor.at("warnings"));
+    runs = std::max(runs, sensor.at("runs").size());
   }
-  return base::fail(failures.front().kind, std::move(message));
+  return {fit.at("unit").get<std::string>(),
+          std::to_string(fit.at("model").get<int>()),
+          up_to_date ? "up to date" : "fitted",
+          std::to_string(runs),
+          fit_number(gyro, 1.0),
+          fit_number(accel, 1.0),
+          std::to_string(warnings.size())};
+}
+
+base::Status print_batch(const db::Catalog& catalog, const std::vector<BatchUnit>& units, Output& output) {
+  std::vector<const BatchUnit*> fitted;
+  for (const BatchUnit& unit : units) {
+    if (!unit.failure) fitted.push_back(&unit);
+  }
+  if (output.json()) {
+    return output.print_json_list("units", fitted.size(),
+                                  [&](std::size_t i) { return stored_fit(catalog, fitted[i]->serial); });
+  }
+  if (fitted.empty()) return {};
+  std::vector<std::vector<std::string>> table = {
+      {"unit", "model", "result", "runs", "worst gyro deg/s", "worst accel m/s2", "warnings"}};
+  for (const BatchUnit* unit : fitted) {
+    const auto fit = stored_fit(catalog, unit->serial);
+    if (!fit) return base::forward_error(fit);
+    table.push_back(batch_row(*fit, unit->up_to_date));
+  }
+  output.print(text_table(table));
+  output.print("errors: root mean square on held-out runs; 'soak report --unit SN' has curves and warnings\n");
+  return {};
+}
+
+base::Status all_failures(const std::vector<BatchUnit>& units) {
+  std::string message;
+  std::size_t failures = 0;
+  auto kind = base::ErrorKind::bad_input;
+  for (const BatchUnit& unit : units) {
+    if (!unit.failure) continue;
+    if (failures++ == 0) kind = unit.failure->kind;
+    const base::Error& error = *unit.failure;
+    message +=
+        fmt::format("\n  unit {}: {}{}{}", unit.serial, error.where, error.where.empty() ? "" : ": ", error.message);
+  }
+  if (failures == 0) return {};
+  return base::fail(kind, fmt::format("{} of {} units could not be fitted:{}", failures, units.size(), message));
 }
 
 base::Status FitCommand::run_with(db::Catalog& catalog, Output& output) {
-  const auto units = units_to_fit(catalog, *this);
-  if (!units) return base::forward_error(units);
+  return all ? fit_all(catalog, output) : fit_one(catalog, output);
+}
 
-  CheckWarnings check_warnings(catalog);
-  const auto progress = output.progress("fitting");
-  nlohmann::json documents = nlohmann::json::array();
-  std::string text;
-  std::vector<base::Error> failures;
-  for (std::size_t i = 0; i < units->size(); ++i) {
-    if (!progress(static_cast<double>(i) / static_cast<double>(units->size()))) {
-      return base::fail(base::ErrorKind::internal, "interrupted; the models of the units fitted so far are stored",
-                        "fit");
-    }
-    std::vector<calib::Warning> warnings;
-    auto input = load_unit(catalog, (*units)[i], campaign, warnings);
-    const auto model = fit_one(catalog, input, *this, check_warnings, std::move(warnings));
-    if (!model) {
-      if (!all) {
-        output.end_progress();
-        return base::forward_error(model);
-      }
-      failures.push_back(model.error());
-      continue;
-    }
-    documents.push_back(calib::fit_json(*model));
-    text += (text.empty() ? "" : "\n") + fit_text(*model);
-    if (chamber_time) {
-      if (auto added = add_chamber_time(*input, *model, documents.back(), text); !added) return added;
-    }
-    if (!output.json()) note_warnings(*model, output);
+base::Status FitCommand::fit_all(const db::Catalog& catalog, Output& output) const {
+  if (catalog.read_only()) {
+    return base::fail(base::ErrorKind::internal, "this folder cannot be written, so no model could be stored",
+                      catalog.data_folder().string());
   }
+  const auto serials = all_serials(catalog);
+  if (!serials) return base::forward_error(serials);
+  if (campaign) {
+    if (auto known = check_campaign_known(catalog, *campaign); !known) return known;
+  }
+  const auto units = fit_batch(catalog, *serials, {campaign, {rules}, jobs, user_name()}, output.progress("fitting"));
   output.end_progress();
+  if (!units) return base::forward_error(units);
+  const base::Status printed = print_batch(catalog, *units, output);
+  const base::Status failed = all_failures(*units);
+  return failed ? printed : failed;
+}
 
-  if (output.json()) {
-    const auto printed = output.print_json(all ? nlohmann::json{{"units", documents}} : documents.front());
-    if (!printed) return printed;
-  } else {
-    output.print(text);
+base::Status FitCommand::fit_one(db::Catalog& catalog, Output& output) const {
+  const auto row = catalog.unit(unit);
+  if (!row) return base::forward_error(row);
+  const auto terms = accepted_terms(catalog, unit, *row ? (*row)->epoch : 0);
+  if (!terms) return base::forward_error(terms);
+  const auto inputs_sha256 = fit_inputs_sha256(catalog, unit, campaign, *terms, {rules});
+  if (!inputs_sha256) return base::forward_error(inputs_sha256);
+  std::vector<calib::Warning> warnings;
+  auto input = load_unit(catalog, unit, campaign, warnings);
+  if (!input) return base::forward_error(input);
+  CheckWarnings check_warnings(catalog);
+  const auto model =
+      fit_with_terms(catalog, *input, *terms, {rules}, jobs, check_warnings, std::move(warnings), *inputs_sha256);
+  if (!model) return base::forward_error(model);
+  nlohmann::json document = calib::fit_json(*model);
+  std::string text = fit_text(*model);
+  if (chamber_time) {
+    if (auto added = add_chamber_time(*input, *model, document, text); !added) return added;
   }
-  return failures.empty() ? base::Status() : all_failures(failures, units->size());
+  if (output.json()) return output.print_json(document);
+  note_warnings(*model, output);
+  output.print(text);
+  return {};
 }
 
 }  // namespace

@@ -35,7 +35,7 @@ struct UnitAdd final : Command {
   std::string serial;
   std::optional<std::string> type;         ///< of a unit that is new
   std::optional<std::string> begin_epoch;  ///< why the unit is another from now on: repaired, re-flashed
-  std::string user;                        ///< who begins it; empty = the user that runs the program
+  std::string user;                        ///< who adds the unit or begins it; empty = the user that runs the program
 
   void declare(OptionList& options) override {
     options.add("unit SN", &serial, "Serial number").required();
@@ -83,7 +83,7 @@ base::Status UnitAdd::run(Output& output) {
   }
   auto catalog = open_catalog(data);
   if (!catalog) return base::forward_error(catalog);
-  auto unit = catalog->ensure_unit(serial, type.value_or("generic"));
+  auto unit = catalog->add_unit(serial, type.value_or("generic"), user_name(user));
   if (!unit) return base::forward_error(unit);
   if (type && unit->type != *type) {
     return base::bad_input(fmt::format("unit '{}' exists with type '{}', not '{}'", serial, unit->type, *type),

@@ -7,18 +7,17 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
-#include <cmath>
-#include <nlohmann/json.hpp>
 #include <set>
 #include <string_view>
 #include <thread>
 #include <utility>
 
-#include "calib/curve/one_way.h"
 #include "calib/forward/simulation.h"
 #include "calib/model/model_document.h"
 #include "db/run/run_file.h"
 #include "station/config/unit_type_file.h"
+#include "station/fit/fit_inputs.h"
+#include "station/fit/fleet_hysteresis.h"
 #include "station/fit/reference_rule.h"
 #include "station/gap/gap_search.h"
 #include "station/io/host.h"
@@ -31,8 +30,6 @@ namespace {
 
 constexpr std::string_view kForCalibration = "calibration";
 constexpr std::size_t kCampaignsListed = 10;
-/// Units of this type have nothing in common.
-constexpr std::string_view kAnyType = "generic";
 
 std::string reason_without_runs(const std::string& unit, const std::optional<std::string>& campaign,
                                 const std::vector<db::RunRow>& runs) {
@@ -83,67 +80,6 @@ std::array<std::optional<base::Result<calib::SensorFit>>, calib::kSensorCount> f
   return fits;
 }
 
-/// Half the gap between heating and cooling, in printed units, that a stored model shows of a sensor; nothing of one
-/// that was itself recorded one way somewhere.
-std::optional<double> half_gap_of(const nlohmann::json& document, calib::Sensor sensor) {
-  const nlohmann::json::json_pointer at("/fit/sensors/" + std::string(name_of(sensor)));
-  if (!document.contains(at)) return std::nullopt;
-  const nlohmann::json& fit = document[at];
-  // Models of earlier versions do not say whether they went both ways.
-  const bool both_ways = fit.contains("one_way") && fit["one_way"].is_null();
-  if (!both_ways || !fit.contains("sweeps") || !fit["sweeps"].is_object()) return std::nullopt;
-  return fit["sweeps"].value("half_rms", 0.0);
-}
-
-/// Root mean square of half the gaps of all units of a type that went both ways, each by its newest model; source
-/// `none` where no unit did. What was simulated says nothing of real units.
-base::Result<std::array<calib::KnownHysteresis, calib::kSensorCount>> hysteresis_of_fleet(const db::Catalog& catalog,
-                                                                                          const std::string& type,
-                                                                                          bool simulated) {
-  std::array<std::vector<double>, calib::kSensorCount> squares;
-  const auto units = catalog.units();
-  if (!units) return base::forward_error(units);
-  for (const db::UnitRow& unit : *units) {
-    if (unit.type != type) continue;
-    const auto model = catalog.model(unit.serial);
-    if (!model) return base::forward_error(model);
-    if (!*model) continue;
-    const auto calibration = calib::calibration_of((*model)->document);
-    if (!calibration) return base::forward_error(calibration);
-    if (calibration->simulated && !simulated) continue;
-    const auto document = nlohmann::json::parse((*model)->document, nullptr, false);
-    for (const calib::Sensor sensor : calib::kSensors) {
-      const auto half = half_gap_of(document, sensor);
-      if (half) squares[index_of(sensor)].push_back(std::pow(*half / printed_per_si(sensor), 2));
-    }
-  }
-  std::array<calib::KnownHysteresis, calib::kSensorCount> fleet{};
-  for (std::size_t s = 0; s < fleet.size(); ++s) {
-    if (squares[s].empty()) continue;
-    double sum = 0.0;
-    for (const double square : squares[s]) sum += square;
-    fleet[s] = {std::sqrt(sum / static_cast<double>(squares[s].size())), calib::HysteresisSource::fleet};
-  }
-  return fleet;
-}
-
-/// Where rows went one way and the unit's type states no hysteresis: what its other units show.
-base::Status add_fleet_hysteresis(const db::Catalog& catalog, calib::UnitRows& rows) {
-  const auto is_open = [&](std::size_t s) {
-    return rows.bias[s] && rows.hysteresis[s].source == calib::HysteresisSource::none &&
-           !calib::one_way_ranges(*rows.bias[s]).empty();
-  };
-  std::vector<std::size_t> open;
-  for (std::size_t s = 0; s < calib::kSensorCount; ++s) {
-    if (is_open(s)) open.push_back(s);
-  }
-  if (open.empty() || rows.unit_type == kAnyType) return {};
-  const auto fleet = hysteresis_of_fleet(catalog, rows.unit_type, rows.simulated);
-  if (!fleet) return base::forward_error(fleet);
-  for (const std::size_t s : open) rows.hysteresis[s] = (*fleet)[s];
-  return {};
-}
-
 /// Content hashes of the runs that a model was fitted to.
 base::Result<std::set<std::string>> run_hashes_of(const db::ModelRow& model) {
   const auto calibration = calib::calibration_of(model.document);
@@ -154,6 +90,10 @@ base::Result<std::set<std::string>> run_hashes_of(const db::ModelRow& model) {
 }  // namespace
 
 // What is fitted.
+
+bool is_for_fit(const db::RunRow& run, std::int32_t epoch) {
+  return run.sealed && !run.voided && run.epoch == epoch && run.purpose == kForCalibration;
+}
 
 base::Result<calib::UnitInput> unit_of(const calib::Calibration& calibration) {
   auto type = known_unit_type(calibration.unit_type);
@@ -217,7 +157,7 @@ base::Result<calib::UnitInput> load_unit(const db::Catalog& catalog, const std::
   input.type = *std::move(type);
   input.epoch = (*row)->epoch;
   for (const db::RunRow& run : *runs) {
-    if (!run.sealed || run.voided || run.epoch != input.epoch || run.purpose != kForCalibration) continue;
+    if (!is_for_fit(run, input.epoch)) continue;
     auto recorded = load_run(catalog, run, input.type);
     if (!recorded) return base::forward_error(recorded);
     input.runs.push_back(*std::move(recorded));
@@ -288,46 +228,9 @@ base::Result<std::vector<calib::Warning>> CheckWarnings::of(const calib::UnitInp
   return all;
 }
 
-base::Result<calib::UnitModel> fit_unit(db::Catalog& catalog, const calib::UnitInput& input,
-                                        const calib::CurveFitOptions& options, int jobs,
-                                        const std::vector<calib::Warning>& station_warnings) {
-  auto rows = calib::make_rows(input);
-  if (!rows) return base::forward_error(rows);
-  if (auto known = add_fleet_hysteresis(catalog, *rows); !known) return base::forward_error(known);
-  auto fits = fit_sensors(*rows, options, jobs);
-  if (interrupted()) {
-    return base::fail(base::ErrorKind::internal, "interrupted; no model was stored",
-                      fmt::format("unit {}", input.unit));
-  }
-  std::array<std::optional<calib::SensorFit>, calib::kSensorCount> sensors;
-  for (std::size_t s = 0; s < fits.size(); ++s) {
-    if (!fits[s]) continue;
-    if (!*fits[s]) {
-      base::Error error = fits[s]->error();
-      error.where = fmt::format("unit {}, {}", input.unit, error.where);
-      return tl::unexpected<base::Error>(std::move(error));
-    }
-    sensors[s] = **std::move(fits[s]);
-  }
-  calib::UnitModel model = calib::make_model(*std::move(rows), std::move(sensors));
-  model.created_utc_s = now_utc_s();
-  model.options = options;
-  model.warnings.insert(model.warnings.end(), station_warnings.begin(), station_warnings.end());
-  // Whether the model can be stored does not depend on its number, which is known only inside the transaction.
-  if (const auto document = calib::model_document(model); !document) return base::forward_error(document);
-  const auto version = catalog.add_model(model.unit, model.epoch, model.created_utc_s, [&](std::int32_t number) {
-    model.version = number;
-    return *calib::model_document(model);
-  });
-  if (!version) return base::forward_error(version);
-  model.version = *version;
-  return model;
-}
-
-base::Result<calib::UnitModel> fit_with_terms(db::Catalog& catalog, calib::UnitInput& input,
-                                              const std::vector<calib::ModelTerm>& terms,
-                                              const calib::CurveFitOptions& options, int jobs,
-                                              CheckWarnings& check_warnings, std::vector<calib::Warning> warnings) {
+base::Result<PreparedFit> prepare_fit(const db::Catalog& catalog, calib::UnitInput input,
+                                      const std::vector<calib::ModelTerm>& terms, CheckWarnings& check_warnings,
+                                      std::vector<calib::Warning> warnings) {
   const auto checks = check_warnings.of(input);
   if (!checks) return base::forward_error(checks);
   warnings.insert(warnings.end(), checks->begin(), checks->end());
@@ -335,7 +238,70 @@ base::Result<calib::UnitModel> fit_with_terms(db::Catalog& catalog, calib::UnitI
   if (!since) return base::forward_error(since);
   warnings.insert(warnings.end(), since->begin(), since->end());
   if (const auto taken = take_terms_off(catalog, terms, input, warnings); !taken) return base::forward_error(taken);
-  return fit_unit(catalog, input, options, jobs, warnings);
+  auto rows = calib::make_rows(input);
+  if (!rows) return base::forward_error(rows);
+  return PreparedFit{std::move(input), *std::move(rows), std::move(warnings)};
+}
+
+base::Result<calib::UnitModel> fitted_model(const PreparedFit& prepared, const calib::CurveFitOptions& options,
+                                            int jobs) {
+  auto fits = fit_sensors(prepared.rows, options, jobs);
+  if (interrupted()) {
+    return base::fail(base::ErrorKind::internal, "interrupted; no model was stored",
+                      fmt::format("unit {}", prepared.input.unit));
+  }
+  std::array<std::optional<calib::SensorFit>, calib::kSensorCount> sensors;
+  for (std::size_t s = 0; s < fits.size(); ++s) {
+    if (!fits[s]) continue;
+    if (!*fits[s]) {
+      base::Error error = fits[s]->error();
+      error.where = fmt::format("unit {}, {}", prepared.input.unit, error.where);
+      return tl::unexpected<base::Error>(std::move(error));
+    }
+    sensors[s] = **std::move(fits[s]);
+  }
+  calib::UnitModel model = calib::make_model(prepared.rows, std::move(sensors));
+  model.created_utc_s = now_utc_s();
+  model.options = options;
+  model.warnings.insert(model.warnings.end(), prepared.warnings.begin(), prepared.warnings.end());
+  // Whether the model can be written does not depend on its number, which is known only inside the transaction.
+  if (const auto document = calib::model_document(model); !document) return base::forward_error(document);
+  return model;
+}
+
+base::Status store_model(db::Catalog& catalog, calib::UnitModel& model, const std::string& inputs_sha256) {
+  std::optional<db::ModelOrigin> origin;
+  if (!inputs_sha256.empty()) origin = db::ModelOrigin{software_version(), inputs_sha256};
+  const auto version = catalog.add_model(
+      model.unit, model.epoch, model.created_utc_s,
+      [&](std::int32_t number) {
+        model.version = number;
+        return *calib::model_document(model);
+      },
+      origin);
+  if (!version) return base::forward_error(version);
+  model.version = *version;
+  return {};
+}
+
+base::Result<calib::UnitModel> fit_with_terms(db::Catalog& catalog, calib::UnitInput& input,
+                                              const std::vector<calib::ModelTerm>& terms,
+                                              const calib::CurveFitOptions& options, int jobs,
+                                              CheckWarnings& check_warnings, std::vector<calib::Warning> warnings,
+                                              const std::string& inputs_sha256) {
+  auto prepared = prepare_fit(catalog, std::move(input), terms, check_warnings, std::move(warnings));
+  if (!prepared) return base::forward_error(prepared);
+  if (asks_fleet(prepared->rows)) {
+    const auto fleet =
+        hysteresis_of_fleet(catalog, prepared->rows.unit_type, prepared->rows.simulated, {prepared->rows.unit});
+    if (!fleet) return base::forward_error(fleet);
+    take_from_fleet(*fleet, prepared->rows);
+  }
+  auto model = fitted_model(*prepared, options, jobs);
+  if (!model) return model;
+  if (auto stored = store_model(catalog, *model, inputs_sha256); !stored) return base::forward_error(stored);
+  input = std::move(prepared->input);
+  return model;
 }
 
 base::Result<calib::UnitModel> fit_again(db::Catalog& catalog, const db::ModelRow& parent,
@@ -344,9 +310,12 @@ base::Result<calib::UnitModel> fit_again(db::Catalog& catalog, const db::ModelRo
   if (!options) return base::forward_error(options);
   auto known = run_hashes_of(parent);
   if (!known) return base::forward_error(known);
+  auto digest = fit_inputs_sha256(catalog, parent.unit, {}, terms, *options);
+  if (!digest) return base::forward_error(digest);
   std::vector<calib::Warning> warnings;
   auto input = load_unit(catalog, parent.unit, {}, warnings);
   if (!input) return base::forward_error(input);
+  const std::size_t all_runs = input->runs.size();
   std::erase_if(input->runs, [&](const calib::RunInput& run) { return known->count(run.content_sha256) == 0; });
   if (input->runs.empty()) {
     return base::bad_input(fmt::format("all runs of model {} of unit {} are void; 'soak fit --unit {}' fits the others",
@@ -358,8 +327,10 @@ base::Result<calib::UnitModel> fit_again(db::Catalog& catalog, const db::ModelRo
         {"runs_left_since", fmt::format("of the {} runs of model {}, {} have since been voided and are left out",
                                         known->size(), parent.version, known->size() - input->runs.size())});
   }
+  // A model of some of the runs is not the one that a fit of all would give.
+  if (input->runs.size() < all_runs) digest->clear();
   CheckWarnings check_warnings(catalog);
-  return fit_with_terms(catalog, *input, terms, *options, 0, check_warnings, std::move(warnings));
+  return fit_with_terms(catalog, *input, terms, *options, 0, check_warnings, std::move(warnings), *digest);
 }
 
 }  // namespace soak::station

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/result.h"
+#include "calib/estimate/unit_rows.h"
 #include "calib/model/unit_model.h"
 #include "calib/vocabulary/warning.h"
 #include "db/catalog/catalog.h"
@@ -23,6 +24,9 @@ namespace soak::station {
 [[nodiscard]] base::Result<calib::UnitInput> load_unit(const db::Catalog& catalog, const std::string& unit,
                                                        const std::optional<std::string>& campaign,
                                                        std::vector<calib::Warning>& warnings);
+
+/// Whether a fit of the unit's present epoch takes a run: sealed, not voided, of that epoch, for calibration.
+[[nodiscard]] bool is_for_fit(const db::RunRow& run, std::int32_t epoch);
 
 /// Refuses (bad_input) a campaign that the catalog does not have, with some that it has.
 [[nodiscard]] base::Status check_campaign_known(const db::Catalog& catalog, const std::string& campaign);
@@ -61,21 +65,38 @@ class CheckWarnings {
   std::map<std::string, std::vector<calib::Warning>> known_;
 };
 
-/// Fits all sensors of a unit on `jobs` threads (0: one per core) and stores the model as the unit's next version.
-/// `station_warnings`: what else is to be told of the model. Nothing is stored where a sensor cannot be fitted. The
-/// result does not depend on the number of threads.
-[[nodiscard]] base::Result<calib::UnitModel> fit_unit(db::Catalog& catalog, const calib::UnitInput& input,
-                                                      const calib::CurveFitOptions& options, int jobs,
-                                                      const std::vector<calib::Warning>& station_warnings);
+/// A unit that is ready to be fitted.
+struct PreparedFit {
+  calib::UnitInput input;  ///< freed of the accepted terms
+  calib::UnitRows rows;
+  std::vector<calib::Warning> warnings;  ///< of the station, to be told with those of the fit
+};
 
-/// Fits a unit freed of `terms`, which the new version carries, with all that the station knows of the campaigns of its
-/// runs: check standards, references. `input` comes back as it was fitted; `warnings` are told with the others.
-/// Otherwise as fit_unit().
+/// Takes `terms` off, makes rows, and adds to `warnings` what the station knows of the campaigns of the unit's runs:
+/// check standards, references. Fails as take_terms_off() and make_rows() do.
+[[nodiscard]] base::Result<PreparedFit> prepare_fit(const db::Catalog& catalog, calib::UnitInput input,
+                                                    const std::vector<calib::ModelTerm>& terms,
+                                                    CheckWarnings& check_warnings,
+                                                    std::vector<calib::Warning> warnings);
+
+/// Fits all sensors of a unit on `jobs` threads (0: one per core). Fails where a sensor cannot be fitted, and
+/// (internal) where the user interrupts. The result does not depend on the number of threads.
+[[nodiscard]] base::Result<calib::UnitModel> fitted_model(const PreparedFit& prepared,
+                                                          const calib::CurveFitOptions& options, int jobs);
+
+/// Stores a model as the unit's next version, which it gets, with the digest of what it was made of (fit_inputs.h;
+/// empty: it is no fit of all runs, and none is stored).
+[[nodiscard]] base::Status store_model(db::Catalog& catalog, calib::UnitModel& model, const std::string& inputs_sha256);
+
+/// All three, one after the other: the new version carries `terms`. What sensors that were recorded one way lack comes
+/// from the other units of the type as they are now (fleet_hysteresis.h). `input` comes back as it was fitted.
+/// `inputs_sha256`: fit_inputs_sha256() before the unit was loaded; empty: this is no fit of all its runs.
 [[nodiscard]] base::Result<calib::UnitModel> fit_with_terms(db::Catalog& catalog, calib::UnitInput& input,
                                                             const std::vector<calib::ModelTerm>& terms,
                                                             const calib::CurveFitOptions& options, int jobs,
                                                             CheckWarnings& check_warnings,
-                                                            std::vector<calib::Warning> warnings = {});
+                                                            std::vector<calib::Warning> warnings,
+                                                            const std::string& inputs_sha256);
 
 /// Fits a unit as `parent` was fitted, to the same runs with the same options, but freed of `terms`. What was voided
 /// since is left out, with the warning `runs_left_since`; refuses (bad_input) where nothing is left.

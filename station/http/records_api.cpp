@@ -55,18 +55,11 @@ Result<json> add_unit(const StationService& lab, RunArchive& archive, const json
   if (!user) return base::forward_error(user);
   if (auto listed = check_type(lab, *type); !listed) return base::forward_error(listed);
   return archive.in_turn([&](db::Catalog& catalog) -> Result<json> {
-    const auto entered = catalog.all_or_nothing([&]() -> base::Status {
-      const auto before = catalog.unit(*serial);
-      if (!before) return base::forward_error(before);
-      const auto unit = catalog.ensure_unit(*serial, *type);
-      if (!unit) return base::forward_error(unit);
-      if (unit->type != *type) {
-        return base::bad_input(fmt::format("unit {} exists with type '{}'", *serial, unit->type), "type");
-      }
-      if (*before) return {};
-      return catalog.log_event({now_utc_s(), "unit_added", *serial, "as " + *type, *user});
-    });
-    if (!entered) return base::forward_error(entered);
+    const auto unit = catalog.add_unit(*serial, *type, *user);
+    if (!unit) return base::forward_error(unit);
+    if (unit->type != *type) {
+      return base::bad_input(fmt::format("unit {} exists with type '{}'", *serial, unit->type), "type");
+    }
     return json{{"unit", *serial}, {"type", *type}};
   });
 }

@@ -4,9 +4,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <csignal>
 #include <cstddef>
+#include <ctime>
 #include <nlohmann/json.hpp>
 #include <ostream>
 
@@ -34,6 +36,21 @@ std::size_t width(std::string_view text) {
       std::count_if(text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; }));
 }
 
+/// Without a terminal.
+constexpr std::chrono::minutes kLineInterval{1};
+
+/// ", done at about 14:05" if the work goes on as it did; empty while too little is done to tell.
+std::string finish(std::chrono::duration<double> elapsed, double share) {
+  constexpr double kToTell = 0.02;
+  constexpr std::chrono::seconds kSoonest{10};
+  if (share < kToTell || elapsed < kSoonest) return {};
+  const auto left = std::chrono::duration_cast<std::chrono::system_clock::duration>(elapsed * (1.0 / share - 1.0));
+  const std::time_t at = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now() + left);
+  std::tm local{};
+  ::localtime_r(&at, &local);
+  return fmt::format(", done at about {:02}:{:02}", local.tm_hour, local.tm_min);
+}
+
 }  // namespace
 
 void Output::print(std::string_view text) { out_ << text; }
@@ -45,6 +62,19 @@ base::Status Output::print_json(const nlohmann::json& document) {
     return base::fail(base::ErrorKind::internal, "a result is not a finite number, so it has no JSON form");
   }
   out_ << dumped(document) << '\n';
+  return {};
+}
+
+base::Status Output::print_json_list(std::string_view key, std::size_t count,
+                                     const std::function<base::Result<nlohmann::json>(std::size_t)>& element) {
+  out_ << fmt::format("{{\n\"{}\": [", key);
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto document = element(i);
+    if (!document) return base::forward_error(document);
+    out_ << (i > 0 ? ",\n" : "\n");
+    if (auto printed = print_json(*document); !printed) return printed;
+  }
+  out_ << "]\n}\n";
   return {};
 }
 
@@ -67,13 +97,22 @@ void Output::print_error(const base::Error& error) {
 }
 
 std::function<bool(double)> Output::progress(std::string_view what) {
-  return [this, name = std::string(what), last = -1](double share) mutable {
-    const int percent = static_cast<int>(100.0 * std::clamp(share, 0.0, 1.0));
+  using Clock = std::chrono::steady_clock;
+  const auto begun = Clock::now();
+  return [this, name = std::string(what), begun, told = begun, last = -1](double share) mutable {
+    const double done = std::clamp(share, 0.0, 1.0);
+    const int percent = static_cast<int>(100.0 * done);
+    const auto now = Clock::now();
     if (progress_bar_ && percent != last) {
       last = percent;
       bar_is_drawn_ = true;
       const auto filled = static_cast<std::size_t>(percent) * 40 / 100;
-      err_ << fmt::format("\r{} [{:<40}] {:3} %", name, std::string(filled, '='), percent) << std::flush;
+      err_ << fmt::format("\r{} [{:<40}] {:3} %{}", name, std::string(filled, '='), percent, finish(now - begun, done))
+           << std::flush;
+    }
+    if (!progress_bar_ && !json_ && now - told >= kLineInterval) {
+      told = now;
+      err_ << fmt::format("{}: {}: {} %{}\n", program_, name, percent, finish(now - begun, done)) << std::flush;
     }
     return !interrupted();
   };

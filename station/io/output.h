@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <functional>
 #include <iosfwd>
 #include <nlohmann/json_fwd.hpp>
@@ -30,12 +31,18 @@ class Output {
   void flush();
   /// Prints the document. Refuses (internal) one that holds NaN or infinity: JSON has no such numbers.
   [[nodiscard]] base::Status print_json(const nlohmann::json& document);
+  /// Prints {"`key`": [...]} one element after the other, so that a long list needs no memory. Stops at an element that
+  /// cannot be had; what was printed by then is no whole document.
+  [[nodiscard]] base::Status print_json_list(std::string_view key, std::size_t count,
+                                             const std::function<base::Result<nlohmann::json>(std::size_t)>& element);
   /// A remark for the user on standard error.
   void note(std::string_view text);
   /// An error on standard error: "soak: where: message", or {"error": {"code", "message", "where"}}.
   void print_error(const base::Error& error);
 
-  /// A callback for long work that draws a bar on a terminal and returns false once the user has pressed Ctrl-C.
+  /// A callback for long work, which gets the share that is done. It draws a bar on a terminal; anywhere else, and
+  /// without --json, it writes a line each minute, with the time at which the work will be done if it goes on like
+  /// that. Returns false once the user has pressed Ctrl-C.
   [[nodiscard]] std::function<bool(double)> progress(std::string_view what);
   /// Ends a bar that was drawn.
   void end_progress();

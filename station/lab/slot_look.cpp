@@ -14,6 +14,8 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "base/text.h"
+#include "station/io/text.h"
 #include "station/lab/unit_channel.h"
 
 namespace soak::station {
@@ -35,6 +37,20 @@ std::optional<hal::ImuIdentity> identity_of(const hal::Imu& imu) {
   return is_told ? identity : std::nullopt;
 }
 
+/// What the unit tells of itself; a serial number that no record can carry is none.
+void take_identity(SlotFinding& finding, const hal::ImuIdentity& told) {
+  if (const auto carried = check_carried_line(told.serial, "its serial number"); !carried) {
+    finding.answer = SlotAnswer::anonymous;
+    finding.trouble = fmt::format("{} {}", carried.error().where, carried.error().message);
+    return;
+  }
+  finding.answer = SlotAnswer::identified;
+  finding.identity = told;
+  for (std::string* text : {&finding.identity.product, &finding.identity.firmware}) {
+    if (!base::is_plain_line(*text)) text->clear();
+  }
+}
+
 SlotFinding listen_to(const Slot& slot, const std::atomic<bool>& stop) {
   SlotFinding finding{slot.name, slot.power_output, SlotAnswer::silent, {}, {}};
   const auto failed = [&](const base::Error& error, SlotAnswer answer) {
@@ -52,8 +68,7 @@ SlotFinding listen_to(const Slot& slot, const std::atomic<bool>& stop) {
     samples.clear();
     const auto polled = imu->poll(samples);
     if (const auto identity = polled ? identity_of(*imu) : std::nullopt) {
-      finding.answer = SlotAnswer::identified;
-      finding.identity = *identity;
+      take_identity(finding, *identity);
       return finding;
     }
     const bool was_heard = finding.answer == SlotAnswer::anonymous;

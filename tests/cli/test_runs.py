@@ -93,7 +93,10 @@ class Runs(SoakTest):
 
 class Units(SoakTest):
     def test_add_list_show_and_epochs(self):
-        self.soak("unit", "add", "SN1", "--type", "mti-300")
+        self.soak("unit", "add", "SN1", "--type", "mti-300", "--user", "eva")
+        self.soak("unit", "add", "SN1", "--user", "bob")  # is there already
+        self.assertEqual([(event["subject"], event["text"], event["user"]) for event in self.soak_json("events-list", "events", "list", "--kind", "unit_added")["events"]],
+                         [("SN1", "as mti-300", "eva")])
         self.assertEqual(self.soak_json("unit-list", "unit", "list")["units"], [{"unit": "SN1", "type": "mti-300", "epoch": 0, "runs": 0}])
         self.refusal("unit", "add", "SN1", "--type", "generic")
         self.soak("unit", "add", "SN1", "--begin-epoch", "re-flashed", "--user", "eva")

@@ -28,6 +28,10 @@ class FaultProxy:
     def mend(self):
         self._change("whole")
 
+    def change(self, data):
+        """What is handed on of bytes that came, in either direction: a wire that lies has its own."""
+        return data
+
     def close(self):
         self.cut()
         self._listener.close()
@@ -66,7 +70,7 @@ class FaultProxy:
             while data := source.recv(65536):
                 # What comes into a dead wire is taken and lost: a sender that waits for its reader goes on.
                 if self.mode == "whole":
-                    sink.sendall(data)
+                    sink.sendall(self.change(data))
                 else:
                     self.lost.set()
         except OSError:

@@ -23,11 +23,14 @@ json alarm(const std::string& code, const std::string& about = "", bool calls = 
           {"title", code + " of " + about}};
 }
 
+bool nothing_lasts_unseen(std::string_view /*code*/) { return false; }
+
 /// What is told while these alarms last from one time to another, looked at twice a second.
-std::vector<AlarmBook::Entry> over(AlarmBook& book, const json& alarms, double from_s, double to_s) {
+std::vector<AlarmBook::Entry> over(AlarmBook& book, const json& alarms, double from_s, double to_s,
+                                   const AlarmBook::MayLast& may_last = nothing_lasts_unseen) {
   std::vector<AlarmBook::Entry> told;
   for (double now_s = from_s; now_s < to_s; now_s += 0.5) {
-    for (auto& entry : book.take(alarms, now_s)) told.push_back(std::move(entry));
+    for (auto& entry : book.take(alarms, now_s, may_last)) told.push_back(std::move(entry));
   }
   return told;
 }
@@ -148,7 +151,8 @@ class AlarmsOverTime : public AlarmRules {
  protected:
   std::vector<std::string> minute() {
     std::vector<std::string> told;
-    for (const auto& entry : over(book_, alarms_of(status), now_s_, now_s_ + 60.0)) {
+    const auto may_last = [&](std::string_view code) { return may_last_unseen(status, code); };
+    for (const auto& entry : over(book_, alarms_of(status), now_s_, now_s_ + 60.0, may_last)) {
       told.push_back((entry.turn == AlarmTurn::began ? "began " : "ended ") +
                      entry.alarm.at("code").get<std::string>());
     }
@@ -190,6 +194,29 @@ TEST_F(AlarmsOverTime, AFullDiskIsNotOverWhenTheChamberFallsSilentToo) {
   status["chamber"]["connected"] = true;
   suspend({"chamber"});
   EXPECT_EQ(minute(), Codes{"ended waits_for_disk"});
+}
+
+TEST_F(AlarmsOverTime, AWaitIsNotOverBecauseSomebodyPausesTheCampaign) {
+  suspend({"disk"});
+  EXPECT_EQ(minute(), Codes{"began waits_for_disk"});
+  status["state"] = "paused";
+  status["suspension"] = nullptr;
+  EXPECT_EQ(minute(), Codes());
+  suspend({"disk"});
+  EXPECT_EQ(minute(), Codes());
+  status["state"] = "paused";
+  status["suspension"] = nullptr;
+  EXPECT_EQ(minute(), Codes());
+  status["state"] = "running";
+  EXPECT_EQ(minute(), Codes{"ended waits_for_disk"});
+}
+
+TEST_F(AlarmsOverTime, AChamberThatAnswersAgainWhileTheCampaignIsPausedIsOver) {
+  status["state"] = "paused";
+  status["chamber"]["connected"] = false;
+  EXPECT_EQ(minute(), Codes{"began chamber_silent"});
+  status["chamber"]["connected"] = true;
+  EXPECT_EQ(minute(), Codes{"ended chamber_silent"});
 }
 
 TEST_F(AlarmsOverTime, AChamberThatRefusesToGoOffIsToldBesideTheEnd) {
@@ -235,6 +262,9 @@ TEST_F(AlarmRules, AWrongFaceIsToldWithTheWayToTurn) {
   EXPECT_EQ(told.at("title"), "Unit SN0042 in slot A has \u2212Z up, not +Z");
   EXPECT_EQ(told.at("action"), "Turn the fixture: \u2212Z is up now, turn it half a turn to +Z.");
   EXPECT_EQ(told.at("about"), "SN0042");
+  status["units"][0]["attitude"]["up"] = "";
+  EXPECT_EQ(alarms_of(status).at(0).at("title"), "Unit SN0042 in slot A has an unknown face up, not +Z");
+  EXPECT_EQ(alarms_of(status).at(0).at("action"), "Turn the fixture: an unknown face is up now, turn it to +Z.");
   status["prompt"] = {{"id", 1}, {"text", "Turn the fixture"}};
   EXPECT_EQ(codes(), Codes());
 }

@@ -101,6 +101,9 @@ class PageTest(unittest.TestCase):
     def see(self, selector, text):
         self.browser.wait_for_text(selector, text)
 
+    def shown(self, selector):
+        self.browser.wait("return document.querySelector(arguments[0]).offsetParent !== null", selector)
+
     def hidden(self, selector):
         self.browser.wait("return document.querySelector(arguments[0]).offsetParent === null", selector)
 

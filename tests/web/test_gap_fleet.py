@@ -285,6 +285,7 @@ class Page(WithStation):
         self.see("#gap-verdict-title", "EFFECT FOUND")
         self.see("#gap-verdict-text", "sensor lag")
         self.see("#gap-effects", "below 1 in a million")
+        self.assertEqual(self.browser.run("return document.querySelector('#gap-effects h3').innerText"), "Sensor lag")
         found = self.soakd.get("unit", unit=LAGGING)
         check_schema(found, "http-unit")
         result = found["gap"]["find"]["job"]["result"]
@@ -350,11 +351,18 @@ class Page(WithStation):
         self.see("#gap-verdict-title", "EFFEKT GEFUNDEN")
         self.see("#gap-verdict-text", "Dem Modell fehlt sensor_lag (Sensor folgt dem Thermometer verspätet)")
         self.see("#gap-effects", "unter 1 zu 1 Million")
+        self.assertEqual(self.browser.run("return document.querySelector('#gap-effects h3').innerText"), "sensor_lag (Sensor folgt dem Thermometer verspätet)")
+        self.assertEqual(self.browser.run("return getComputedStyle(document.querySelector('#gap-next'), '::first-letter').textTransform"), "none")
         names = re.findall(r"^\| `(\w+)` \|", (ROOT / "docs" / "gap-workflow.md").read_text(encoding="utf-8").split("## The library")[1].split("\n## ")[0], re.M)
         self.assertIn("sensor_lag", names)
         said = self.browser.run("return import('/gap_words.mjs').then(({ G }) => arguments[0].map(G.effect))", names)
         self.assertEqual([text for name, text in zip(names, said, strict=True) if not text.startswith(f"{name} (")], [])
         self.assertEqual(self.browser.console(), [])
+
+    def test_an_effect_that_is_named_after_a_symbol_keeps_it(self):
+        self.go("events", "return document.querySelector('#audit tbody tr')")
+        said = self.browser.run("return import('/gap_words.mjs').then(({ G }) => ['g_sensitivity', 'sensor_lag'].map(G.effectTitle))")
+        self.assertEqual(said, ["g sensitivity", "Sensor lag"])
 
     def test_an_odd_unit_stands_out_and_its_name_is_text(self):
         self.go("fleet=mti-300", "return document.querySelectorAll('#fleet-sensors .sensor').length === 6")

@@ -15,9 +15,10 @@ from test_accessibility import AXE, SERIOUS
 from test_language import ROOT, SHOWN
 from test_units import HOSTILE as UNIT_NAMES, OTHER, SERIAL, UnitStation, stored_units
 
+REFERENCE = "K-17"  # name and certificate
 # Words that both languages write alike; names and numbers of the stored runs are nobody's language.
-SAME = {getpass.getuser(), "Soak", "Station", "English", "Deutsch", "Plateau", "SN1", "import", HOSTILE, "spring", "paused", "generic", "Export", "Eva", SERIAL, OTHER, *UNIT_NAMES}
-DATA = re.compile(r"(import )?R0\d(\.csv)?|[✕△– ]*[+−][XYZ]|[0-9a-f]{8}-[0-9a-f-]+|[^A-Za-z]*(°C|h|m|min|s|Hz|m/s²|Eva)?[^A-Za-z]*|\d+ (h|min) \d+ (min|s)|Soak \d\S*")
+SAME = {getpass.getuser(), "Soak", "Station", "English", "Deutsch", "Plateau", "SN1", "import", HOSTILE, "spring", "paused", "generic", "Export", "Eva", SERIAL, OTHER, REFERENCE, "Name", *UNIT_NAMES}
+DATA = re.compile(r"(import )?R0\d(\.csv)?|[✕△– ]*[+−][XYZ]|[0-9a-f]{8}-[0-9a-f-]+|[^A-Za-z]*(°C|K|h|m|min|s|Hz|m/s²|Eva)?[^A-Za-z]*|\d+ (h|min) \d+ (min|s)|Soak \d\S*")
 GERMAN = re.compile(r"[äöüß]|\b(der|die|das|und|nicht|kein|Lauf|von|Prüfling|ungültig|\d+,\d+ (?:Hz|°C|h|m))\b")
 
 
@@ -43,6 +44,8 @@ def unit_places(_):
     name = urllib.parse.urlencode({"unit": SERIAL})
     return {"units": ("units", "return document.querySelector('#units-list tbody tr')"),
             "events": ("events", "return document.querySelector('#audit tbody tr')"),
+            "records": ("records", "return document.querySelectorAll('#references tbody tr').length === 2 && document.querySelector('#types tbody tr') && "
+                                   "document.querySelector('#key-form').offsetParent && document.querySelector('#alarms-none').offsetParent"),
             "fleet": ("fleet=generic", "return document.querySelectorAll('#fleet-sensors svg').length === 6"),
             "unit": (name, "return document.querySelectorAll('#unit-sensors .sensor').length === 6 && document.querySelector('#unit-impact h2') && "
                            "document.querySelector('#unit-jobs').ariaBusy === 'false'")}
@@ -55,6 +58,8 @@ class JudgedUnit(UnitStation):
         super().__init__()
         for job in ({"kind": "fit"}, {"kind": "verify", "campaign": "verification"}):
             self.ended(self.post("jobs", unit=SERIAL, user="Eva", **job))
+        for kind, due, value in (("gravity", "2099-03-02", 9.8123), ("level", "2025-03-02", 0.0125)):
+            self.post("references/add", kind=kind, name=REFERENCE, certificate=REFERENCE, issued="2024-03-01", due=due, uncertainty=0.002, k=2, correction=value, user="Eva")
 
 
 def tearDownModule():
@@ -173,6 +178,26 @@ class Units(Views):
     def test_the_event_log(self):
         self.assert_two_languages("events")
 
+    def test_the_records(self):
+        self.assert_two_languages("records", "document.querySelector('#reference-form').closest('details').open = true")
+
+    def test_a_reference_with_its_date_and_numbers_and_what_retires_it(self):
+        self.go("de", "records")
+        rows = self.browser.run("return [...document.querySelectorAll('#references tbody tr')].map((row) => row.innerText)")
+        for row, parts in zip(sorted(rows), (("Waagrechte Lage", "abgelaufen", "02.03.2025", "0,0125 °"), ("Örtliche Fallbeschleunigung", "gültig", "02.03.2099", "9,8123 m/s²", "0,001 m/s²"))):
+            for part in parts:
+                self.assertIn(part, row)
+        self.assert_two_languages("records", "document.querySelector('#references button').click()")
+        self.browser.wait_for_text("#retire-text", f"„{REFERENCE}“")
+
+    def test_what_the_station_says_of_a_certificate_is_marked_as_english(self):
+        self.go("de", "records")
+        self.browser.run("""document.querySelector('#reference-form').closest('details').open = true;
+            for (const [name, value] of Object.entries({name: 'g', certificate: 'G', issued: '2026-01-01', due: '2025-01-01', uncertainty: '1', user: 'Eva'}))
+              document.querySelector(`#reference-${name}`).value = value;
+            document.querySelector('#reference-form').requestSubmit();""")
+        self.browser.wait_for_text("#reference-failure[lang=en]", "after the date of issue")
+
     def test_events_and_what_the_check_of_their_chain_finds(self):
         self.go("de", "events")
         newest = self.soakd.get("audit")["events"][0]
@@ -213,6 +238,11 @@ class Units(Views):
         self.assertTrue(any("simulierte Daten" in text and own == simulated["text"] for text, own in lines), lines)
         self.assertEqual(self.browser.run("return import('/unit_words.mjs').then(({ U }) => [U.warnings.name('of_tomorrow'), U.warnings.remedy('of_tomorrow', 'Do this.')])"),
                          ["", {"english": "Do this."}])
+
+    def test_a_curve_that_is_not_known_keeps_its_name(self):
+        self.go("de", "unit")
+        said = self.browser.run("return import('/unit_words.mjs').then(({ U }) => ['poly3', 'constructor', 'toString'].map((name) => String(U.sensors.kind(name))))")
+        self.assertEqual(said, ["Polynom 3. Grades", "constructor", "toString"])
 
     def test_what_a_job_that_fails_says_is_marked_as_english(self):
         self.go("de", "unit")

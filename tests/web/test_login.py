@@ -195,6 +195,21 @@ class Page(Station):
         self.assertFalse(seen["otto"] & {"unit-export", "run-void", "Make the key"}, seen["otto"])
         self.assertLessEqual(seen["otto"] | {"run-void", "Make the key"}, seen["eva"])
 
+    def test_what_goes_into_a_record_is_in_the_name_of_the_account(self):
+        self.browser.go(self.station.url + "#records")
+        self.browser.wait_for_text("h1", "Log in")
+        self.log_in("eva", password_of("eva"))
+        self.browser.wait("return document.querySelector('#user')?.readOnly && document.querySelector('#types tbody tr')")
+        names = "return ['reference-user', 'retire-user', 'void-user'].map((id) => [document.getElementById(id).value, document.getElementById(id).readOnly])"
+        self.assertEqual(self.browser.run(names), [["eva", True]] * 3)
+        self.browser.run("""document.querySelector('#reference-form').closest('details').open = true; document.querySelector('#reference-kind').value = 'level';
+            for (const [name, value] of Object.entries({name: 'level 1', certificate: 'L-7', issued: '2026-01-01', due: '2099-01-01', uncertainty: '0.01'}))
+              document.querySelector(`#reference-${name}`).value = value;
+            document.querySelector('#reference-form').requestSubmit();""")
+        self.browser.wait_for_text("#references", "level 1")
+        self.assertEqual([entry["user"] for entry in self.station.soak_json("reference", "list")["references"]], ["eva"])
+        self.assertEqual(self.browser.run(names), [["eva", True]] * 3)
+
     def test_a_page_whose_session_has_ended_asks_for_the_password(self):
         self.browser.go(self.station.url)
         self.browser.wait_for_text("h1", "Log in")

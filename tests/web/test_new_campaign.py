@@ -110,7 +110,7 @@ class Interface(WithLaboratory):
         answer = self.soakd.post("unit/add", unit="SN0077", type="mti-300", user="Eva")
         check_schema(answer, "http-unit-add")
         self.assertEqual(self.soakd.post("unit/add", unit="SN0077", type="mti-300", user="Eva"), answer)
-        self.assertEqual(self.soakd.query("SELECT subject, text, user FROM event WHERE kind = 'unit_added'"), [("SN0077", "as mti-300", "Eva")])
+        self.assertEqual(self.soakd.query("SELECT subject, text, user FROM event WHERE kind = 'unit_added' AND subject = 'SN0077'"), [("SN0077", "as mti-300", "Eva")])
         self.assertEqual(self.soakd.refused_at("unit/add", unit="SN0077", type="vn-200", user="Eva"), "type")
         self.assertEqual(self.soakd.refused_at("unit/add", unit="SN0078", type="no such", user="Eva"), "type")
         self.assertEqual(self.soakd.refused_at("unit/add", unit="a\nb", type="vn-200", user="Eva"), "unit")
@@ -163,7 +163,9 @@ class OnThePage(WithLaboratory):
         self.assertNotIn("Refused", self.browser.run("return document.querySelector('#start-review').innerText"), "nothing was entered yet")
         self.browser.type("#start-slots input", "SN0043")
         self.browser.wait_for_text("#start-review", "the type of unit SN0043 is not known")
-        self.browser.run("document.querySelector('#start-unknown select').value = 'vn-200'")
+        self.assertEqual(self.browser.run("return [document.querySelector('#start-unknown select').value, document.querySelector('#start-unknown button').disabled]"), ["", True])
+        self.browser.run("""const types = document.querySelector('#start-unknown select'); types.value = 'vn-200';
+            types.dispatchEvent(new Event('change', { bubbles: true }));""")
         self.browser.click("#start-unknown button")
         self.browser.wait_for_text("#start-review", "SN0043, type vn-200")
         self.browser.run("document.querySelector('#start-slots input').value = ''")
@@ -215,7 +217,7 @@ class OnThePage(WithLaboratory):
         self.browser.run("""const kind = document.querySelector('#reference-kind'); kind.value = 'level';
             kind.dispatchEvent(new Event('change', { bubbles: true }));
             document.querySelector('#reference-issued').value = '2026-01-01'; document.querySelector('#reference-due').value = '2099-01-01';""")
-        self.assertIn("deg: level error", self.browser.run("return document.querySelector('#reference-correction-box').innerText"))
+        self.assertIn("°: level error", self.browser.run("return document.querySelector('#reference-correction-box').innerText"))
         self.browser.click("#reference-form button[type=submit]")
         self.browser.wait_for_text("#references", "level <b>1</b>")
         self.browser.wait_for_text("#references", "valid")

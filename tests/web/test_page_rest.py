@@ -44,10 +44,27 @@ class AtRest(StationTest):
         self.addCleanup(self.browser.devtools, "Network.disable")
         self.browser.devtools("Network.setBlockedURLs", urls=["*fleet_view*"])
         self.browser.click("#to-fleet")
+        self.shown("#view-failure")
         self.see("#view-failure", "could not be loaded")
         self.browser.click("#to-station")
         self.hidden("#view-failure")
         self.browser.console()  # the page notes the failure there
+
+    def test_a_view_that_could_not_be_loaded_is_loaded_when_somebody_goes_there_again(self):
+        for missing in ("text_fleet_en", "text_runs_en", "fleet_words", "fleet_view"):
+            with self.subTest(missing=missing):
+                self.rest()
+                self.browser.devtools("Network.enable")
+                self.addCleanup(self.browser.devtools, "Network.disable")
+                self.browser.devtools("Network.setBlockedURLs", urls=[f"*{missing}*"])
+                self.browser.click("#to-fleet")
+                self.shown("#view-failure")
+                self.browser.devtools("Network.setBlockedURLs", urls=[])
+                self.browser.click("#to-station")
+                self.browser.click("#to-fleet")
+                self.see("#fleet-failure", "the station has no data folder")  # what that view says here
+                self.hidden("#view-failure")
+                self.browser.console()  # the page notes the failure there
 
     def test_what_was_stored_in_another_year_has_its_year(self):
         self.rest()

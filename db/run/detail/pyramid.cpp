@@ -135,6 +135,32 @@ class Joiner {
   std::vector<PyramidBin> bins_;
 };
 
+/// Base bins of a time axis, which are asked for one by one.
+class TimeBins {
+ public:
+  struct Times {
+    double first_s = 0.0;
+    double last_s = 0.0;
+  };
+
+  TimeBins(const SQLite::Database& database, std::int64_t channel_id)
+      : query_(database, "SELECT t_first_s, t_last_s FROM pyramid WHERE channel_id = ? AND level = 0 AND bin = ?"),
+        channel_id_(channel_id) {}
+
+  [[nodiscard]] std::optional<Times> at(std::uint64_t index) {
+    query_.reset();
+    sqlite::bind_all(query_, channel_id_, index);
+    if (!query_.executeStep()) return std::nullopt;
+    sqlite::Fields fields(query_);
+    const double first_s = fields.real();
+    return Times{first_s, fields.real()};
+  }
+
+ private:
+  SQLite::Statement query_;
+  std::int64_t channel_id_;
+};
+
 class PyramidQuery {
  public:
   PyramidQuery(const sqlite::Connection& connection, codec::ColumnDecoder& decoder, const StoredStream& stream,
@@ -151,7 +177,6 @@ class PyramidQuery {
 
  private:
   [[nodiscard]] std::uint64_t count_base_bins() const;
-  [[nodiscard]] std::optional<PyramidBin> time_bin(std::uint64_t index) const;
   [[nodiscard]] base::Result<RowRange> rows_of(const PyramidSpan& span) const;
   [[nodiscard]] std::uint64_t rows_covered(unsigned level) const;
   [[nodiscard]] base::Result<std::vector<double>> times(RowRange rows);
@@ -177,12 +202,6 @@ std::uint64_t PyramidQuery::count_base_bins() const {
   return std::min(possible, static_cast<std::uint64_t>(query.getColumn(0).getInt64()));
 }
 
-std::optional<PyramidBin> PyramidQuery::time_bin(std::uint64_t index) const {
-  const auto bins = read_bins(connection_.database(), time_.id, 0, index, index);
-  if (bins.empty()) return std::nullopt;
-  return bins.front().bin;
-}
-
 std::uint64_t PyramidQuery::rows_covered(unsigned level) const {
   const std::uint64_t rows = std::min(stream_.rows, base_bins_ * kBaseBinRows);
   return finished_ ? rows : rows / rows_per_bin(level) * rows_per_bin(level);
@@ -190,21 +209,22 @@ std::uint64_t PyramidQuery::rows_covered(unsigned level) const {
 
 /// Rows of the span to the precision of a base bin; rows that the pyramid does not cover belong to it.
 base::Result<RowRange> PyramidQuery::rows_of(const PyramidSpan& span) const {
+  TimeBins bins(connection_.database(), time_.id);
   // Number of bins, counted from the first, for which `before` holds; the bins are in the order of time.
   const auto count_while = [&](const auto& before) -> base::Result<std::uint64_t> {
     std::uint64_t low = 0;
     std::uint64_t high = base_bins_;
     while (low < high) {
       const std::uint64_t middle = low + (high - low) / 2;
-      const auto bin = time_bin(middle);
+      const auto bin = bins.at(middle);
       if (!bin) return base::corrupt("a bin of the pyramid is missing", connection_.path().string());
       (before(*bin) ? low : high) = before(*bin) ? middle + 1 : middle;
     }
     return low;
   };
-  const auto first = count_while([&](const PyramidBin& bin) { return bin.t_last_s < span.from_s; });
+  const auto first = count_while([&](const TimeBins::Times& bin) { return bin.last_s < span.from_s; });
   if (!first) return base::forward_error(first);
-  const auto end = count_while([&](const PyramidBin& bin) { return bin.t_first_s <= span.to_s; });
+  const auto end = count_while([&](const TimeBins::Times& bin) { return bin.first_s <= span.to_s; });
   if (!end) return base::forward_error(end);
   const std::uint64_t end_row = *end == base_bins_ ? stream_.rows : *end * kBaseBinRows;
   return RowRange{std::min(*first * kBaseBinRows, end_row), std::min(end_row, stream_.rows)};

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "calib/curve/curve_fit.h"
+#include "db/catalog/catalog.h"
+
+namespace soak::station {
+
+/// How a batch is fitted.
+struct BatchOptions {
+  std::optional<std::string> campaign;  ///< only runs of this one
+  calib::CurveFitOptions fit;
+  int jobs = 0;      ///< threads; 0 = one per core
+  std::string user;  ///< who fits
+};
+
+/// What became of one unit.
+struct BatchUnit {
+  std::string serial;
+  bool up_to_date = false;  ///< its newest model was made of the same inputs: it was not fitted again
+  std::optional<base::Error> failure;
+};
+
+/// Fits many units, as many at a time as there are threads, each thread with a connection of its own to the catalog.
+/// Every model is stored as soon as it is there, so that a batch which was killed goes on where it stopped: a unit
+/// whose newest model was made of the same inputs (fit_inputs.h) is left alone.
+///
+/// Units that were recorded one way and take what the fleet shows of hysteresis come last, when all others are fitted;
+/// none of them counts for the fleet. So the models depend neither on the number of threads nor on the order.
+///
+/// `progress` gets the share that is done and returns false to stop; calls come one at a time, from any thread. Returns
+/// an entry per unit, in the order given; fails (internal) where it was stopped, and where no catalog can be opened.
+/// Memory: that of `jobs` units.
+[[nodiscard]] base::Result<std::vector<BatchUnit>> fit_batch(const db::Catalog& catalog,
+                                                             const std::vector<std::string>& units,
+                                                             const BatchOptions& options,
+                                                             const std::function<bool(double)>& progress);
+
+}  // namespace soak::station

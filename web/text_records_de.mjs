@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the view of references, unit types, key and alarm messages says, in German.
+
+import { plural } from "./format.mjs";
+
+const KINDS = { gyro: { name: "Drehrate", unit: "°/s" }, accel: { name: "Beschleunigung", unit: "m/s²" } };
+
+/** Of a name in the file of a type; one that is not known here keeps its own. */
+function limitText(name, value) {
+  const [kind, axis, ...scale] = name.split("_");
+  if (!Object.hasOwn(KINDS, kind)) return `${name} ${value}`;
+  return scale.length > 0 ? `Skalenfaktor ${KINDS[kind].name} ${axis} ${value} ppm` : `${KINDS[kind].name} ${axis} ${value} ${KINDS[kind].unit}`;
+}
+
+/** @type {typeof import("./text_records_en.mjs").text} */
+export const text = {
+  references: {
+    title: "Prüfmittel",
+    about: "Kalibrierscheine dessen, womit das Labor misst. Eine Kampagne beginnt nur mit Prüfmitteln, deren Kalibrierschein gültig ist oder für die jemand mit Unterschrift eine Ausnahme erlaubt hat.",
+    none: "Das Verzeichnis ist leer: Wie unsicher Vorrichtung, Fallbeschleunigung, Versorgung und Drehrate sind, steht in keinem Ergebnis.",
+    kind: "Art",
+    name: "Name",
+    certificate: "Kalibrierschein",
+    state: "Zustand",
+    due: "Fällig",
+    correction: "Korrektion",
+    uncertainty: "Standardunsicherheit",
+    actions: "Aktionen",
+    kinds: {
+      chamber_probe: "Lufttemperaturfühler der Kammer", fixture_squareness: "Rechtwinkligkeit der Vorrichtung", level: "Waagrechte Lage der Grundfläche", gravity: "Örtliche Fallbeschleunigung",
+      supply: "Stromversorgung", rate: "Drehrate des Drehtischs",
+    },
+    retire: "Ausmustern …",
+    retireIt: (name) => `${name} ausmustern`,
+    entered: (name) => `${name} ist eingetragen.`,
+    retired: (name) => `${name} ist ausgemustert.`,
+  },
+  standings: { valid: "gültig", due_soon: "bald fällig", expired: "abgelaufen", superseded: "ersetzt", retired: "ausgemustert", withdrawn: "zurückgezogen" },
+  standing: {
+    days: (standing, days) => `${standing}: ${plural(days, { one: `noch ${days} Tag`, other: `noch ${days} Tage` })}`,
+    waived: (signer) => `abgelaufen, Ausnahme erlaubt von ${signer}`,
+    damaged: "abgelaufen, die Ausnahme dafür ist BESCHÄDIGT",
+  },
+  entry: {
+    title: "Kalibrierschein eintragen",
+    name: "Name im Labor",
+    certificate: "Nummer des Kalibrierscheins",
+    issued: "Ausgestellt",
+    uncertainty: "Erweiterte Messunsicherheit,",
+    factor: "Deren Erweiterungsfaktor k",
+    user: "Ihr Name, für das Protokoll",
+    send: "Eintragen",
+    gravity: (unit) => `Örtliche Fallbeschleunigung, ${unit}`,
+    correction: (unit, meaning) => `Korrektion, ${unit}: ${meaning}`,
+    corrections: {
+      chamber_probe: "wird zur Anzeige des Fühlers addiert", level: "Abweichung von der Waagrechten", supply: "wird zur Anzeige der Versorgung addiert", rate: "wird zur Drehrate des Drehtischs addiert",
+    },
+  },
+  retire: {
+    title: "Dieses Prüfmittel ausmustern?",
+    about: (kind, name, certificate) => `${kind}: „${name}“, Kalibrierschein ${certificate}, wird ab jetzt nicht mehr verwendet. Was damit gemessen wurde, behält die Angaben dazu.`,
+    reason: "Grund, für das Protokoll",
+    keep: "Behalten",
+    send: "Ausmustern",
+  },
+  newUnit: {
+    title: "Neuer Prüfling",
+    serial: "Seriennummer",
+    type: "Typ",
+    choose: "Wählen …",
+    send: "Anlegen",
+    added: (type) => ` ist angelegt, Typ ${type}.`,
+  },
+  types: {
+    title: "Typen von Prüflingen",
+    about: "Was es ist",
+    rating: "Temperaturbereich",
+    limits: "Grenzwerte der Verifizierung",
+    file: "Jeder steht in einer eigenen Datei in",
+    read: "; soakd liest sie, wenn eine Kampagne beginnt.",
+    troubles: "Fehlerhafte Dateien",
+    range: (low, high) => `${low} bis ${high} °C`,
+    notStated: "nicht angegeben",
+    limit: limitText,
+    noLimits: "keine: Eine Verifizierung beurteilt nichts",
+  },
+  key: {
+    title: "Schlüssel, mit dem Kalibrierdateien signiert werden",
+    none: "Die Station hat noch keinen. Wer eine signierte Datei bekommt, kann prüfen, dass sie von hier stammt und nicht verändert wurde. Im Terminal:",
+    owner: "Wem der Schlüssel gehört, für alle, die prüfen",
+    ownerHint: "Labor 1, 2027",
+    make: "Schlüssel erzeugen",
+    of: (owner, id) => `${owner}, Schlüssel ${id}. `,
+    download: "Öffentlichen Schlüssel herunterladen",
+    give: ": Wer prüfen soll, braucht ihn. Der geheime Schlüssel bleibt im Datenordner der Station.",
+  },
+  alarms: {
+    title: "Wer von Alarmen erfährt",
+    none: "Niemand: Nur diese Seite zeigt sie. In der Konfiguration der Station stehen Postfächer und ein Webhook in der Tabelle [alarms]:",
+    how: "so geht es",
+    ways: "Mail und Webhook",
+    test: "Probe senden",
+    sending: "Wird gesendet …",
+    to: { mail: "Mail an", webhook: "Webhook an" },
+    nothingSent: "noch nichts gesendet",
+    lastSent: (time) => `zuletzt gesendet: ${time}`,
+    waiting: (count) => plural(count, { one: ", eine Nachricht wartet", other: `, ${count} Nachrichten warten` }),
+    taken: (ways) => `Der Server hat sie angenommen: ${ways}. Bitte nachsehen, ob sie ankommt.`,
+  },
+};

@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the view of references, unit types, key and alarm messages says, in English.
+
+import { plural } from "./format.mjs";
+
+const unitOf = (name) => (name.endsWith("_scale_ppm") ? "ppm" : name.startsWith("gyro") ? "deg/s" : "m/s²");
+
+export const text = {
+  references: {
+    title: "References",
+    about: "Certificates of what the laboratory measures with. A campaign begins only with references that are valid, or waived with a signature.",
+    none: "The register is empty: what fixture, gravity, supply and rate are uncertain by is not stated in any result.",
+    kind: "Kind",
+    name: "Name",
+    certificate: "Certificate",
+    state: "State",
+    due: "Due",
+    correction: "Correction",
+    uncertainty: "Standard uncertainty",
+    actions: "Actions",
+    kinds: {
+      chamber_probe: "Probe of the chamber's air", fixture_squareness: "Squareness of the fixture", level: "Level of the base", gravity: "Local gravity", supply: "Power supply",
+      rate: "Rate of the table",
+    },
+    retire: "Retire…",
+    retireIt: (name) => `Retire ${name}`,
+    entered: (name) => `${name} is entered.`,
+    retired: (name) => `${name} is retired.`,
+  },
+  standings: { valid: "valid", due_soon: "due soon", expired: "expired", superseded: "superseded", retired: "retired", withdrawn: "withdrawn" },
+  standing: {
+    days: (standing, days) => `${standing}: ${plural(days, { one: `${days} day`, other: `${days} days` })}`,
+    waived: (signer) => `expired, waived by ${signer}`,
+    damaged: "expired, its waiver is DAMAGED",
+  },
+  entry: {
+    title: "Enter a certificate",
+    name: "Name in the laboratory",
+    certificate: "Certificate number",
+    issued: "Issued",
+    uncertainty: "Expanded uncertainty,",
+    factor: "Its coverage factor k",
+    user: "Your name, for the record",
+    send: "Enter",
+    gravity: (unit) => `Local gravity, ${unit}`,
+    correction: (unit, meaning) => `Correction, ${unit}: ${meaning}`,
+    /** What the correction of a kind is; a kind without one has none. */
+    corrections: { chamber_probe: "added to what the probe says", level: "level error", supply: "added to what the supply says", rate: "added to the rate table's rate" },
+  },
+  retire: {
+    title: "Retire this reference?",
+    about: (kind, name, certificate) => `${kind} “${name}”, certificate ${certificate}: it is out of use from now on. What was measured with it keeps it.`,
+    reason: "Reason, for the record",
+    keep: "Keep it",
+    send: "Retire",
+  },
+  newUnit: {
+    title: "New unit",
+    serial: "Serial number",
+    type: "Type",
+    choose: "Choose…",
+    send: "Add",
+    added: (type) => ` is added, type ${type}.`,
+  },
+  types: {
+    title: "Unit types",
+    about: "What it is",
+    rating: "Rating",
+    limits: "Limits of a verification",
+    file: "Each is a file in",
+    read: "; soakd reads it when a campaign starts.",
+    troubles: "Files that are wrong",
+    range: (low, high) => `${low} to ${high} °C`,
+    notStated: "not stated",
+    /** `name` as a type's file has it: "gyro_x", "gyro_x_scale_ppm". */
+    limit: (name, value) => `${name.replace("_scale_ppm", " scale")} ${value} ${unitOf(name)}`,
+    noLimits: "none: a verification judges nothing",
+  },
+  key: {
+    title: "Key that calibration files are signed with",
+    none: "The station has none. Whoever gets a signed file can tell that it came from here, and unchanged. From a terminal:",
+    owner: "Owner of the key, for those who verify",
+    ownerHint: "Laboratory 1, 2027",
+    make: "Make the key",
+    of: (owner, id) => `${owner}, key ${id}. `,
+    download: "Download the public key",
+    give: ": give it to those who verify. The secret one stays in the station's data folder.",
+  },
+  alarms: {
+    title: "Who is told of alarms",
+    none: "Nobody: this page alone shows them. The table [alarms] of the station's configuration names mailboxes and a webhook:",
+    how: "how",
+    ways: "Mail and webhook",
+    test: "Send a test",
+    sending: "Sending…",
+    to: { mail: "Mail to", webhook: "Webhook at" },
+    nothingSent: "nothing sent yet",
+    lastSent: (time) => `last sent ${time}`,
+    waiting: (count) => `, ${count} waiting`,
+    taken: (ways) => `The server has taken it: ${ways}. Look whether it arrives.`,
+  },
+};
