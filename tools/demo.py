@@ -131,13 +131,14 @@ def calibrate(folder, truth):
     data = os.path.join(folder, "data")
     rows, fits = [], {}
     for serial in [u["unit"] for u in truth["units"]]:
-        step(f"unit {serial}: fit, export, verify")
+        step(f"unit {serial}: fit, verify, release, export")
         fits[serial] = call_json("soak", "fit", "--unit", serial, "--campaign", "demo", "--data", data)
+        print(call("soak", "verify", "--unit", serial, "--campaign", "demo-verification", "--data", data), end="")
+        call("soak", "release", "--unit", serial, "--data", data)
         for format, ending in (("blob", "soakcal"), ("c", "h"), ("json", "json")):
             call("soak", "export", "--unit", serial, "--format", format, "--simulated", "--data", data,
                  "-o", os.path.join(folder, f"{serial}.{ending}"))
         blob = os.path.join(folder, f"{serial}.soakcal")
-        print(call("soak", "verify", blob, "--campaign", "demo-verification", "--data", data), end="")
         check_with_stranger(serial, blob)
         runs = len(fits[serial]["sensors"]["gyro_x"]["runs"])
         rows += compare(serial, blob, truth, runs)

@@ -265,6 +265,7 @@
  * @property {number} epoch
  * @property {number} created_utc_s
  * @property {Term[]} terms
+ * @property {"fitted" | "verified" | "released" | "withdrawn"} state
  * @property {boolean} simulated
  * @property {Impact | null} impact
  * @property {Record<string, Sensor>} sensors

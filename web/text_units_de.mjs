@@ -43,6 +43,7 @@ export const text = {
     notExported: "noch nicht",
     exportedBy: (time, user) => `${time} von ${user}`,
   },
+  states: { fitted: "angepasst", verified: "verifiziert", released: "freigegeben", withdrawn: "zurückgezogen" },
   verdicts: { pass: "BESTANDEN", marginal: "GRENZWERTIG", fail: "NICHT BESTANDEN", not_measured: "NICHT GEMESSEN", none: "NICHT BEURTEILT" },
   why: {
     noModel: "Von diesem Prüfling gibt es noch kein Modell.",

@@ -33,6 +33,7 @@ export const text = {
     notExported: "not yet",
     exportedBy: (time, user) => `${time} by ${user}`,
   },
+  states: { fitted: "fitted", verified: "verified", released: "released", withdrawn: "withdrawn" },
   verdicts: { pass: "PASS", marginal: "MARGINAL", fail: "FAIL", not_measured: "NOT MEASURED", none: "NOT JUDGED" },
   why: {
     noModel: "There is no model of this unit yet.",

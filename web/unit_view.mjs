@@ -8,7 +8,7 @@ import { GapCard } from "./gap_card.mjs";
 import { JobPanel } from "./job_panel.mjs";
 import { badge } from "./runs_view.mjs";
 import { sensorCard } from "./unit_curves.mjs";
-import { nextOf, sensorText, sortedWarnings, U, verdictNow, verdictOf, verdictText } from "./unit_words.mjs";
+import { badgesOf, nextOf, sensorText, sortedWarnings, U, verdictNow, verdictOf, verdictText } from "./unit_words.mjs";
 
 const PARTS = ["unit-verdict", "unit-next-box", "unit-facts", "unit-work", "unit-warnings-card", "unit-impact", "unit-gap", "unit-curves"];
 
@@ -63,7 +63,7 @@ export class UnitView {
     tell($("unit-verdict-text"), verdictText(unit));
     const next = nextOf(unit);
     $("unit-next").replaceChildren(next.text, ...(next.link ? [" ", Object.assign(element("a", next.link.text), { href: next.link.address })] : []));
-    $("unit-badges").replaceChildren(...(unit.model?.simulated ? [badge({ text: U.unit.simulated, state: "simulated" })] : []));
+    $("unit-badges").replaceChildren(...badgesOf(unit).map(badge));
     this.#renderFacts(unit);
     this.#renderWarnings(unit);
     this.#unit = unit;

@@ -44,6 +44,16 @@ export function verdictText(unit) {
 }
 
 /**
+ * What became of the newest model, and whether it is of simulated data.
+ * @param {import("./documents.mjs").Unit} unit
+ */
+export function badgesOf({ model }) {
+  if (model === null) return [];
+  const state = { text: U.states[model.state], state: model.state };
+  return model.simulated ? [state, { text: U.unit.simulated, state: "simulated" }] : [state];
+}
+
+/**
  * What is to be done next: {kind, text, link}; `kind` of the job that does it, null where none does; `link`: {text, address} of where it is done or described.
  * @param {import("./documents.mjs").Unit} unit
  */

@@ -111,6 +111,7 @@ struct Calibration {
   std::int32_t model_version = 0;
   double created_utc_s = 0.0;
   bool simulated = false;
+  bool unreleased = false;  ///< its laboratory has not released the model: nobody vouches for the file
   double gravity_mps2 = 0.0;
   bool gravity_assumed = true;
   std::vector<ReferenceUse> references;  ///< that its campaigns were measured with

@@ -153,6 +153,8 @@ void add_references(Draft& draft, const Calibration& calibration) {
 /// The minor version that a type of section came with, or what it says.
 std::uint16_t minor_version_of(const Section& section) {
   switch (section.type) {
+    case SOAK_SECTION_PROVENANCE:
+      return file::says_unreleased(section.payload) ? 8 : 0;
     case SOAK_SECTION_TERM:
       return file::is_memory_to_follow(section.payload) ? std::uint16_t{SOAK_HISTORY_MINOR_VERSION} : std::uint16_t{0};
     case file::kOneWaySection:

@@ -15,7 +15,8 @@ namespace soak::calib {
 
 /// The calibration file as a C99 header: the bytes as a constant array for soak_runtime.h, under a comment that says
 /// where they come from, what they were measured with (references, waivers) and how to use them. A header made from
-/// simulated data compiles only where SOAK_ACCEPT_SIMULATED is defined. Fails as encode() does.
+/// simulated data compiles only where SOAK_ACCEPT_SIMULATED is defined, one of a model that is not released only where
+/// SOAK_ACCEPT_UNRELEASED is. Fails as encode() does.
 [[nodiscard]] base::Result<std::string> export_c(const Calibration& calibration);
 
 /// The whole calibration as one JSON document for people and scripts (docs/schema/calibration.schema.json), ending in a

@@ -62,6 +62,7 @@ std::vector<std::string> band_lines(const SensorCalibration& sensor) {
 std::string head_comment(const Calibration& calibration) {
   std::string text = "/*\n";
   if (calibration.simulated) text += " * SIMULATED SIMULATED SIMULATED: made from simulated data. Do not deploy.\n *\n";
+  if (calibration.unreleased) text += " * NOT RELEASED: its laboratory does not vouch for this calibration.\n *\n";
   const auto add = [&](const std::string& line) { text.append(" * ").append(line).append("\n"); };
   add("Thermal calibration by Soak (format: docs/blob-format.md).");
   for (const std::string& line : exporting::identity_lines(calibration, comment_text)) add(line);
@@ -116,6 +117,12 @@ base::Result<std::string> export_c(const Calibration& calibration) {
     text +=
         "#ifndef SOAK_ACCEPT_SIMULATED\n"
         "#error \"SIMULATED calibration: define SOAK_ACCEPT_SIMULATED to build it all the same\"\n"
+        "#endif\n\n";
+  }
+  if (calibration.unreleased) {
+    text +=
+        "#ifndef SOAK_ACCEPT_UNRELEASED\n"
+        "#error \"Calibration that is not released: define SOAK_ACCEPT_UNRELEASED to build it all the same\"\n"
         "#endif\n\n";
   }
   text +=

@@ -201,6 +201,7 @@ base::Result<std::string> export_json(const Calibration& calibration) {
       {"created_utc", base::utc_text(calibration.created_utc_s)},
       {"created_utc_s", calibration.created_utc_s},
       {"simulated", calibration.simulated},
+      {"unreleased", calibration.unreleased},
       {"gravity_mps2", calibration.gravity_mps2},
       {"gravity", calibration.gravity_assumed ? "assumed" : "known"},
       {"references", references_json(calibration.references)},

@@ -96,6 +96,7 @@ typedef struct soak_cal {
   const uint8_t* provenance;        /* payload of the provenance section */
   uint32_t sections[2];             /* first byte of the first section, end of the last */
   uint32_t simulated;               /* not 0: made from simulated data; do not deploy */
+  uint32_t unreleased;              /* not 0: the laboratory has not released the model */
   uint32_t error_offset;            /* after SOAK_E_FORMAT, SOAK_E_UNKNOWN: first byte of the section at fault */
 } soak_cal;
 
@@ -410,6 +411,7 @@ static inline int soak_take_couplings(soak_cal* cal, const uint8_t* p, uint32_t 
 static inline int soak_take_provenance(soak_cal* cal, const uint8_t* p, uint32_t length) {
   if (!soak_check_provenance(p, length)) return 0;
   cal->simulated = soak_u32(p + 24) & 1U;
+  cal->unreleased = soak_u32(p + 24) & 4U;
   return soak_note(&cal->provenance, p);
 }
 

@@ -22,6 +22,10 @@ int calibration_start(const char* serial) {
     report_fault("calibration made from simulated data");
     return 0;
   }
+  if (cal.unreleased != 0U) {
+    report_fault("calibration that nobody has released");
+    return 0;
+  }
   return 1;
 }
 /* [load] */
@@ -136,7 +140,7 @@ int self_test(void) {
 /* [update] */
 int is_update(const soak_cal* candidate, const char* serial) {
   soak_identity now, then;
-  if (!soak_is_of_unit(candidate, serial) || candidate->simulated != 0U) return 0;
+  if (!soak_is_of_unit(candidate, serial) || candidate->simulated != 0U || candidate->unreleased != 0U) return 0;
   if (soak_identify(candidate, &then) != SOAK_OK) return 0;
   if (soak_identify(&cal, &now) != SOAK_OK) return 1; /* nothing is loaded */
   return then.epoch > now.epoch || (then.epoch == now.epoch && then.model_version > now.model_version);

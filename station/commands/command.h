@@ -133,6 +133,8 @@ CommandGroup export_commands();
 CommandGroup eval_commands();
 CommandGroup correct_commands();
 CommandGroup verify_commands();
+CommandGroup release_commands();
+CommandGroup model_commands();
 CommandGroup unit_commands();
 CommandGroup type_commands();
 CommandGroup campaign_commands();

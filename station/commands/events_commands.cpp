@@ -52,7 +52,7 @@ bool is_asked_for(const db::EventRow& event, const EventsList& command) {
 }
 
 /// Kinds of all events that programs of this version enter.
-constexpr std::array<std::string_view, 51> kKnownKinds = {"account",
+constexpr std::array<std::string_view, 56> kKnownKinds = {"account",
                                                           "alarm",
                                                           "alarm_not_sent",
                                                           "alarm_sent",
@@ -83,6 +83,10 @@ constexpr std::array<std::string_view, 51> kKnownKinds = {"account",
                                                           "login_limited",
                                                           "login_refused",
                                                           "model_added",
+                                                          "model_fitted",
+                                                          "model_released",
+                                                          "model_verified",
+                                                          "model_withdrawn",
                                                           "noise_exported",
                                                           "nothing_to_void",
                                                           "position",
@@ -102,6 +106,7 @@ constexpr std::array<std::string_view, 51> kKnownKinds = {"account",
                                                           "storage",
                                                           "unit",
                                                           "unit_added",
+                                                          "verification",
                                                           "voided"};
 
 /// A kind that no event ever has is a mistyped one. What older or newer versions have entered is in the log itself.

@@ -15,6 +15,7 @@
 #include "station/io/text_file.h"
 #include "station/records/calibration_reader.h"
 #include "station/records/key_file.h"
+#include "station/release/manifest.h"
 
 namespace soak::station {
 namespace {
@@ -51,15 +52,15 @@ struct KeySign final : Command {
   base::Status run(Output& output) override;
 };
 
-/// soak key verify FILE.soakcal --key FILE.pub | --trusted DIR: fails (corrupt) for a file that is damaged, not signed,
-/// or not signed by one of the keys.
+/// soak key verify FILE.soakcal|manifest.json --key FILE.pub | --trusted DIR: fails (corrupt) for a file that is
+/// damaged, not signed, or not signed by one of the keys, and for a manifest that lists such a file.
 struct KeyVerify final : Command {
   std::string file;
   std::string key;      ///< empty: `trusted` is given
   std::string trusted;  ///< folder of public keys
 
   void declare(OptionList& options) override {
-    options.add("file FILE.soakcal", &file, "Calibration file").required();
+    options.add("file FILE.soakcal", &file, "Calibration file, or manifest.json of released files").required();
     options.add("--key FILE.pub", &key, "Public key");
     options.add("--trusted DIR", &trusted, "Folder of public keys (*.pub); a signature by any of them is accepted")
         .excludes("--key");
@@ -167,9 +168,26 @@ base::Status KeySign::run(Output& output) {
   return {};
 }
 
+base::Status verify_manifest(const std::string& file, const std::vector<PublicKeyFile>& keys, Output& output) {
+  const auto checked = check_manifest(file, keys);
+  if (!checked) return base::forward_error(checked);
+  const PublicKeyFile& signer = checked->signer;
+  if (output.json()) {
+    return output.print_json({{"file", std::filesystem::absolute(file).string()},
+                              {"files", checked->files},
+                              {"key_id", id_text(signer.key)},
+                              {"key_file", std::filesystem::absolute(signer.path).string()},
+                              {"comment", signer.comment}});
+  }
+  output.print(fmt::format("{}: signature is good and all {} files are those that it lists; signed with key {}{}\n",
+                           file, checked->files, id_text(signer.key), with_comment(signer.comment)));
+  return {};
+}
+
 base::Status KeyVerify::run(Output& output) {
   const auto keys = keys_of(*this);
   if (!keys) return base::forward_error(keys);
+  if (is_manifest(file)) return verify_manifest(file, *keys, output);
   const auto loaded = read_calibration(file);
   if (!loaded) return base::forward_error(loaded);
   const auto signer = std::find_if(keys->begin(), keys->end(), [&](const PublicKeyFile& candidate) {
@@ -205,7 +223,8 @@ CommandGroup key_commands() {
             std::make_shared<KeyShow>()},
            {"sign", "Sign a calibration file; replaces its signature if it has one",
             "soak key sign SN0042.soakcal --key lab.key", std::make_shared<KeySign>()},
-           {"verify", "Check that a calibration file is unchanged since it was signed by a trusted key",
+           {"verify",
+            "Check that a calibration file, or a manifest with its files, is unchanged since a trusted key signed it",
             "soak key verify SN0042.soakcal --key lab.key.pub", std::make_shared<KeyVerify>()}}};
 }
 

@@ -25,6 +25,10 @@ std::optional<int> digits(std::string_view text) {
   return number ? std::optional(static_cast<int>(*number)) : std::nullopt;
 }
 
+bool is_plain(char c) {
+  return (c >= '0' && c <= '9') || (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || c == '.' || c == '-' || c == '_';
+}
+
 }  // namespace
 
 base::Status check_text_line(std::string_view text, std::string_view where) {
@@ -61,6 +65,13 @@ std::string iso_date(double utc_s) {
   const year_month_day date{sys_days(days)};
   return fmt::format("{:04}-{:02}-{:02}", static_cast<int>(date.year()), static_cast<unsigned>(date.month()),
                      static_cast<unsigned>(date.day()));
+}
+
+std::string plain_file_name(std::string_view text) {
+  std::string name(text);
+  for (char& c : name) c = is_plain(c) ? c : '_';
+  if (name.empty() || name.front() == '.' || name.front() == '-') name.insert(0, 1, '_');
+  return name;
 }
 
 }  // namespace soak::station

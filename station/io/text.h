@@ -27,4 +27,7 @@ inline constexpr std::size_t kLongestCarried = 255;
 /// The UTC day of a Unix time: "2027-03-01"; outside the years 1970 to 9999 the number of seconds.
 [[nodiscard]] std::string iso_date(double utc_s);
 
+/// A text as the name of a file: letters, digits and ".-_" only, neither a dot nor a dash first.
+[[nodiscard]] std::string plain_file_name(std::string_view text);
+
 }  // namespace soak::station

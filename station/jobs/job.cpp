@@ -11,8 +11,10 @@
 #include "calib/deploy/calibration_file.h"
 #include "calib/model/model_document.h"
 #include "station/io/data_folder.h"
+#include "station/io/text.h"
 #include "station/io/text_file.h"
 #include "station/records/station_key.h"
+#include "station/release/exported_file.h"
 #include "station/report/unit_overview.h"
 
 namespace soak::station {
@@ -23,21 +25,6 @@ using nlohmann::json;
 constexpr std::array<std::string_view, 7> kKinds = {"fit",      "verify",     "report",  "export",
                                                     "gap_find", "gap_accept", "gap_show"};
 constexpr std::size_t kLongestStem = 60;
-
-struct Format {
-  std::string_view name;
-  std::string_view ending;
-};
-constexpr std::array<Format, 6> kFormats = {{{"blob", ".soakcal"},
-                                             {"c", ".h"},
-                                             {"json", ".json"},
-                                             {"px4", ".params"},
-                                             {"ardupilot", ".parm"},
-                                             {"kalibr", ".yaml"}}};
-
-bool is_plain(char c) {
-  return (c >= '0' && c <= '9') || (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || c == '.' || c == '-' || c == '_';
-}
 
 /// Runs that the model was fitted to cannot judge it.
 base::Status check_fresh(const db::Catalog& catalog, const JobRequest& request) {
@@ -65,6 +52,14 @@ base::Result<std::filesystem::path> calibration_file(const db::Catalog& catalog,
   return file;
 }
 
+/// Whether the file of a unit's newest model is one that is not released. kalibr's is of runs, not of a model.
+base::Result<bool> is_marked(const db::Catalog& catalog, const JobRequest& request) {
+  if (request.format == "kalibr") return false;
+  const auto heads = catalog.models(request.unit);
+  if (!heads) return base::forward_error(heads);
+  return !heads->empty() && heads->back().state != "released";
+}
+
 /// Takes over the members that there are.
 json part_of(const json& document, std::initializer_list<const char*> members) {
   json part = json::object();
@@ -76,12 +71,6 @@ json part_of(const json& document, std::initializer_list<const char*> members) {
 
 }  // namespace
 
-std::vector<std::string_view> export_formats() {
-  std::vector<std::string_view> names;
-  for (const Format& format : kFormats) names.push_back(format.name);
-  return names;
-}
-
 base::Status check_job(const db::Catalog& catalog, const JobRequest& request) {
   if (std::ranges::find(kKinds, request.kind) == kKinds.end()) {
     return base::bad_input(fmt::format("there is no such job; there are {}", fmt::join(kKinds, ", ")), "kind");
@@ -92,7 +81,7 @@ base::Status check_job(const db::Catalog& catalog, const JobRequest& request) {
   if (request.kind == "verify" && request.campaign.empty()) {
     return base::bad_input("the campaign of the fresh runs is missing", "campaign");
   }
-  if (request.kind == "export" && std::ranges::find(kFormats, request.format, &Format::name) == kFormats.end()) {
+  if (request.kind == "export" && ending_of(request.format).empty()) {
     return base::bad_input(fmt::format("there is no such format; there are {}", fmt::join(export_formats(), ", ")),
                            "format");
   }
@@ -133,9 +122,11 @@ base::Result<JobCommand> job_command(const db::Catalog& catalog, const JobReques
     }
     return command;
   }
-  const Format& format = *std::ranges::find(kFormats, request.format, &Format::name);
-  const std::string name = stem + std::string(format.ending);
+  const auto marked = is_marked(catalog, request);
+  if (!marked) return base::forward_error(marked);
+  const std::string name = stem + (*marked ? ".unreleased" : "") + std::string(ending_of(request.format));
   JobCommand command{{"export", unit, "--format=" + request.format, output(name)}, name};
+  if (*marked) command.arguments.emplace_back("--unreleased");
   if (request.simulated) command.arguments.emplace_back("--simulated");
   if (request.sign) command.arguments.push_back("--sign=" + station_key_file(catalog.data_folder()).string());
   return command;
@@ -147,8 +138,8 @@ json job_result(const std::string& kind, const std::string& output) {
   if (kind == "fit") return part_of(document, {"unit", "model", "epoch", "simulated"});
   if (kind == "verify" || kind.starts_with("gap_")) return document;
   if (kind == "export") {
-    return part_of(document,
-                   {"unit", "model", "format", "bytes", "sha256", "key_id", "simulated", "warnings", "notes"});
+    return part_of(document, {"unit", "model", "format", "bytes", "sha256", "key_id", "simulated", "unreleased",
+                              "warnings", "notes"});
   }
   json part = part_of(document, {"unit", "model", "bytes", "sha256"});
   part.update(part_of(document.value("/sections/summary"_json_pointer, json::object()), {"verdict", "sentence"}));
@@ -168,13 +159,6 @@ std::string job_message(const ChildEnd& end) {
   if (!end.errors.empty()) return end.errors.substr(end.errors.size() - std::min<std::size_t>(end.errors.size(), 2000));
   if (end.exit_status > 128) return fmt::format("ended by signal {}", end.exit_status - 128);
   return fmt::format("ended with status {}", end.exit_status);
-}
-
-std::string plain_file_name(std::string_view text) {
-  std::string name(text);
-  for (char& c : name) c = is_plain(c) ? c : '_';
-  if (name.empty() || name.front() == '.' || name.front() == '-') name.insert(0, 1, '_');
-  return name;
 }
 
 }  // namespace soak::station

@@ -25,9 +25,6 @@ struct JobRequest {
   bool sign = false;                      ///< export as blob: with the station's key
 };
 
-/// The formats of `soak export`.
-[[nodiscard]] std::vector<std::string_view> export_formats();
-
 /// A command line of `soak` that does it.
 struct JobCommand {
   std::vector<std::string> arguments;
@@ -48,8 +45,5 @@ struct JobCommand {
 
 /// Why it failed, in the words of `soak --json` on standard error.
 [[nodiscard]] std::string job_message(const ChildEnd& end);
-
-/// A text as the name of a file: letters, digits and ".-_" only, neither a dot nor a dash first.
-[[nodiscard]] std::string plain_file_name(std::string_view text);
 
 }  // namespace soak::station

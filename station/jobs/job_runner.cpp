@@ -13,6 +13,7 @@
 
 #include "station/io/data_folder.h"
 #include "station/io/host.h"
+#include "station/io/text.h"
 
 namespace soak::station {
 namespace {

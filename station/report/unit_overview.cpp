@@ -54,6 +54,13 @@ json model_head(const db::ModelRow& model) {
   return {{"version", model.version}, {"epoch", model.epoch}, {"created_utc_s", model.created_utc_s}};
 }
 
+/// "fitted", "verified", "released" or "withdrawn".
+base::Result<std::string> state_of(const db::Catalog& catalog, const db::ModelRow& model) {
+  const auto heads = catalog.models(model.unit);
+  if (!heads) return base::forward_error(heads);
+  return std::ranges::find(*heads, model.version, &db::ModelHead::version)->state;
+}
+
 /// The accepted effects of a model, with their sizes in words.
 base::Result<json> terms_part(const db::Catalog& catalog, const db::ModelRow& model) {
   const auto terms = calib::model_terms_of(model.document);
@@ -102,6 +109,9 @@ base::Result<json> model_part(const db::Catalog& catalog, const db::ModelRow& mo
   auto terms = terms_part(catalog, model);
   if (!terms) return base::forward_error(terms);
   part["terms"] = *std::move(terms);
+  const auto state = state_of(catalog, model);
+  if (!state) return base::forward_error(state);
+  part["state"] = *state;
   part["simulated"] = calibration.simulated;
   part["impact"] = impact_json(calibration);
   part["sensors"] = json::object();

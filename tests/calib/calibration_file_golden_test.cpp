@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files of format versions 1.0 to 1.7 kept in tests/data/golden: every later version must read them, to the same
+// Files of format versions 1.0 to 1.8 kept in tests/data/golden: every later version must read them, to the same
 // values.
 #include <gtest/gtest.h>
 
@@ -33,7 +33,8 @@ std::vector<Golden> goldens() {
           {"thermometers", golden_thermometers()},
           {"gyros", golden_gyros()},
           {"one_way", golden_one_way()},
-          {"history", golden_history()}};
+          {"history", golden_history()},
+          {"unreleased", golden_unreleased()}};
 }
 
 base::Bytes blob_of(const Golden& golden) { return read_file(data_file(std::string(golden.name) + ".soakcal")); }

@@ -299,6 +299,13 @@ inline Calibration golden_one_way() {
 }
 
 /// golden_fis() with a memory in two gyros that a device can follow.
+inline Calibration golden_unreleased() {
+  Calibration calibration = golden_fis();
+  calibration.unit = "SN-0012";
+  calibration.unreleased = true;
+  return calibration;
+}
+
 inline Calibration golden_history() {
   Calibration calibration = golden_fis();
   calibration.unit = "SN-0011";

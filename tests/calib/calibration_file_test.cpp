@@ -35,7 +35,7 @@ void expect_same_table(const UncertaintyTable& a, const UncertaintyTable& b) {
 }
 
 TEST(CalibrationFile, KeepsProvenanceExactly) {
-  for (const Calibration& written : {golden_fis(), golden_mixed()}) {
+  for (const Calibration& written : {golden_fis(), golden_mixed(), golden_unreleased()}) {
     const auto bytes = encode(written);
     ASSERT_TRUE(bytes) << bytes.error().message;
     const auto read = decode(*bytes);
@@ -46,6 +46,7 @@ TEST(CalibrationFile, KeepsProvenanceExactly) {
     EXPECT_EQ(read->model_version, written.model_version);
     EXPECT_EQ(read->created_utc_s, written.created_utc_s);
     EXPECT_EQ(read->simulated, written.simulated);
+    EXPECT_EQ(read->unreleased, written.unreleased);
     EXPECT_EQ(read->gravity_mps2, written.gravity_mps2);
     EXPECT_EQ(read->gravity_assumed, written.gravity_assumed);
     EXPECT_EQ(read->run_hashes, written.run_hashes);

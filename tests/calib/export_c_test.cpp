@@ -67,6 +67,16 @@ TEST(ExportC, SimulatedHeaderDoesNotCompileUnlessAccepted) {
   EXPECT_EQ(compile_and_run(*header, "-DSOAK_ACCEPT_SIMULATED"), 0);
 }
 
+TEST(ExportC, HeaderThatIsNotReleasedDoesNotCompileUnlessAccepted) {
+  Calibration calibration = golden_fis();
+  calibration.unreleased = true;
+  const auto header = export_c(calibration);
+  ASSERT_TRUE(header);
+  EXPECT_NE(header->find("NOT RELEASED"), std::string::npos);
+  EXPECT_EQ(compile_and_run(*header, ""), -1);
+  EXPECT_EQ(compile_and_run(*header, "-DSOAK_ACCEPT_UNRELEASED"), 0);
+}
+
 TEST(ExportC, ArrayIsTheCalibrationFile) { EXPECT_EQ(array_bytes(*export_c(golden_mixed())), *encode(golden_mixed())); }
 
 TEST(ExportC, CommentSaysWhereTheNumbersComeFrom) {
@@ -77,6 +87,7 @@ TEST(ExportC, CommentSaysWhereTheNumbersComeFrom) {
     EXPECT_NE(header.find(part), std::string::npos) << part;
   }
   EXPECT_EQ(header.find("SIMULATED"), std::string::npos);
+  EXPECT_EQ(header.find("RELEASED"), std::string::npos);
 }
 
 TEST(ExportC, CommentNamesTheReferencesAndTheirWaivers) {

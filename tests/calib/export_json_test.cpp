@@ -86,6 +86,8 @@ TEST(ExportJson, SaysWhatTheCalibrationIs) {
   const json document = exported(golden_mixed());
   EXPECT_EQ(document["unit"], "SN-0002");
   EXPECT_EQ(document["simulated"], true);
+  EXPECT_EQ(document["unreleased"], false);
+  EXPECT_EQ(exported(golden_unreleased())["unreleased"], true);
   EXPECT_EQ(document["gravity"], "assumed");
   EXPECT_EQ(document["created_utc"], "2026-11-21T08:00:00Z");  // date -u -d @1795248000
   EXPECT_EQ(document["terms"][0]["sensors"], json({"gyro_x", "gyro_z"}));

@@ -243,6 +243,12 @@ TEST(Runtime, SaysWhetherTheFileIsSimulated) {
   EXPECT_NE(Loaded(golden_mixed()).cal.simulated, 0U);
 }
 
+TEST(Runtime, SaysWhetherTheFileIsNotReleased) {
+  EXPECT_EQ(Loaded(golden_mixed()).cal.unreleased, 0U);
+  EXPECT_NE(Loaded(golden_unreleased()).cal.unreleased, 0U);
+  EXPECT_EQ(Loaded(golden_unreleased()).cal.simulated, 0U);
+}
+
 TEST(Runtime, ReadsAFileAtAnyAddress) {
   const base::Bytes bytes = *encode(golden_fis());
   float expected = 0.0F;

@@ -43,9 +43,9 @@ class Bench(SoakTest):
                         error = abs(fit[key]["value"][i][j] - gain[i][j])
                         self.assertLessEqual(error, 2 * fit[key]["ci95"][i][j] + 1e-12, (key, i, j))
         self.assertIn("one_temperature", [w["code"] for w in fit["sensors"]["gyro_x"]["warnings"]])
-        self.soak("export", "--unit", "SN1", "--format", "blob", "-o", self.folder / "c.soakcal")
-        self.soak("export", "--unit", "SN1", "--format", "c", "-o", self.folder / "c.h")
-        self.soak("export", "--unit", "SN1", "--format", "json", "-o", self.folder / "c.json")
+        self.soak("export", "--unreleased", "--unit", "SN1", "--format", "blob", "-o", self.folder / "c.soakcal")
+        self.soak("export", "--unreleased", "--unit", "SN1", "--format", "c", "-o", self.folder / "c.h")
+        self.soak("export", "--unreleased", "--unit", "SN1", "--format", "json", "-o", self.folder / "c.json")
         force, rate = (1.0, -3.0, 9.0), (40.0, -25.0, 70.0)
         raw = [g + b for g, b in zip(truth.times(truth.GYRO_GAIN, rate), truth.GYRO_BIAS_DPS)]
         raw += [f + b for f, b in zip(truth.times(truth.ACCEL_GAIN, force), truth.ACCEL_BIAS)]

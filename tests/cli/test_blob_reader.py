@@ -76,6 +76,10 @@ class Golden(unittest.TestCase):
         self.assertEqual(dict(term.parameters), {"amplitude": 2**-9, "amplitude_per_c": 2**-16, "width_c": 8.0, "reference_c": 20.0,
                                                  "mean_1_c": -30.0, "mean_1": -(2**-11), "mean_2_c": 70.0, "mean_2": 2**-10})
 
+    def test_what_is_not_released_says_so_from_version_1_8_on(self):
+        self.assertEqual([Calibration.load(golden(name)).unreleased for name in ("unreleased", "history")], [True, False])
+        self.assertEqual(struct.unpack_from("<H", golden("unreleased"), 10)[0], 8)
+
     def test_misalignment_of_the_gyros_is_that_the_file_was_made_from(self):
         stated = Calibration.load(golden("gyros")).gyro_misalignment
         self.assertAlmostEqual(stated.matrix[1][2], 0.005, 9)

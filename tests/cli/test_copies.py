@@ -54,7 +54,7 @@ class Copies(SoakTest):
             self.soak("runs", "void", run, "--campaign", "first", "--reason", "imported anew")
         self.assertEqual(self.fit()["sensors"]["gyro_x"]["curve"], alone["sensors"]["gyro_x"]["curve"])
         path = self.folder / "unit.json"
-        self.soak("export", "--unit", "SN1", "--format", "json", "-o", path)
+        self.soak("export", "--unreleased", "--unit", "SN1", "--format", "json", "-o", path)
         self.assertEqual(len(json.loads(path.read_text(encoding="utf-8"))["runs"]), 3)
 
     def test_are_seen_through_another_order_of_columns(self):
@@ -89,7 +89,7 @@ class Copies(SoakTest):
         self.store("a.csv", joined(run_of(1, "r1"), run_of(2, "r2")), "first")
         self.fit()
         blob = self.folder / "unit.soakcal"
-        self.soak("export", "--unit", "SN1", "--format", "blob", "-o", blob)
+        self.soak("export", "--unreleased", "--unit", "SN1", "--format", "blob", "-o", blob)
         self.store("v.csv", joined(run_of(9, "v1"), run_of(9, "v2")), "check", "SN1", "--procedure", "verification")
         document = self.soak_json("verify", "verify", blob, "--campaign", "check")
         self.assertIn("copied_runs", [w["code"] for w in document["warnings"]])

@@ -85,12 +85,12 @@ class AutopilotTest(SoakTest):
 
     def export(self, kind, *options):
         path = self.folder / f"unit.{kind}"
-        document = self.soak_json("export", "export", "--unit", SERIAL, "--format", kind, "-o", path, *options)
+        document = self.soak_json("export", "export", "--unreleased", "--unit", SERIAL, "--format", kind, "-o", path, *options)
         return path.read_text(encoding="ascii"), document
 
     def model(self):
         path = self.folder / "unit.json"
-        self.soak("export", "--unit", SERIAL, "--format", "json", "-o", path)
+        self.soak("export", "--unreleased", "--unit", SERIAL, "--format", "json", "-o", path)
         return json.loads(path.read_text(encoding="utf-8"))
 
     def check_stated_loss(self, document, correction):
@@ -130,7 +130,7 @@ class Px4(AutopilotTest):
             self.assertIn(part, text)
 
     def test_text_output_states_the_loss(self):
-        done = self.soak("export", "--unit", SERIAL, "--format", "px4", "-o", self.folder / "unit.params")
+        done = self.soak("export", "--unreleased", "--unit", SERIAL, "--format", "px4", "-o", self.folder / "unit.params")
         for part in ("loss of the cubic", "ci95 there", "gyro_x", "CAL_ACCn_*OFF"):
             self.assertIn(part, done.stdout)
 
@@ -170,7 +170,7 @@ class ArduPilot(AutopilotTest):
 class Forms(AutopilotTest):
     def blob(self, name, *options):
         path = self.folder / name
-        self.soak_json("export", "export", "--unit", SERIAL, "--format", "blob", "-o", path, *options)
+        self.soak_json("export", "export", "--unreleased", "--unit", SERIAL, "--format", "blob", "-o", path, *options)
         return path
 
     def test_a_table_is_smaller_and_says_what_the_model_says_within_its_bound(self):
@@ -191,15 +191,16 @@ class Forms(AutopilotTest):
 
     def test_forms_that_mean_nothing_to_the_format_are_refused(self):
         for option, value in (("--table", "64"), ("--sign", "lab.key")):
-            error = self.refusal("export", "--unit", SERIAL, "--format", "json", option, value, "-o", self.folder / "x")
+            error = self.refusal("export", "--unreleased", "--unit", SERIAL, "--format", "json", option, value, "-o", self.folder / "x")
             self.assertEqual(error["where"], option)
-        self.refusal("export", "--unit", SERIAL, "--format", "blob", "--table", "1", "-o", self.folder / "x")
+        self.refusal("export", "--unreleased", "--unit", SERIAL, "--format", "blob", "--table", "1", "-o", self.folder / "x")
 
 
 class Refusals(AutopilotTest):
     def refused(self, *arguments):
         before = self.state()
-        error = self.refusal("export", "--unit", SERIAL, *arguments, "-o", self.folder / "no.file")
+        accepted = () if "kalibr" in arguments else ("--unreleased",)
+        error = self.refusal("export", *accepted, "--unit", SERIAL, *arguments, "-o", self.folder / "no.file")
         self.assertFalse((self.folder / "no.file").exists())
         self.assertEqual(self.state(), before)
         return error
@@ -216,6 +217,7 @@ class Refusals(AutopilotTest):
         self.assertEqual(self.refused("--format", "blob", "--instance", "0")["where"], "--instance")
         self.assertEqual(self.refused("--format", "ardupilot", "--device-id", "7")["where"], "--device-id")
         self.assertEqual(self.refused("--format", "kalibr", "--model", "1")["where"], "--model")
+        self.assertEqual(self.refused("--format", "kalibr", "--unreleased")["where"], "--unreleased")
 
     def test_instances_and_ids_that_do_not_exist(self):
         self.refused("--format", "px4", "--instance", "4")

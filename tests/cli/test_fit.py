@@ -55,7 +55,7 @@ class FittedTest(SoakTest):
 
     def blob(self, name="unit.soakcal"):
         path = self.folder / name
-        self.soak("export", "--unit", SERIAL, "--format", "blob", "--simulated", "-o", path)
+        self.soak("export", "--unreleased", "--unit", SERIAL, "--format", "blob", "--simulated", "-o", path)
         return path
 
     def eval(self, path, temps):
@@ -108,8 +108,8 @@ class Fit(FittedTest):
         self.assertEqual(self.fit["model"], 1)
         self.assertEqual(self.soak_json("fit", "fit", "--unit", SERIAL, "--rules", "3")["model"], 2)
         old, new = self.folder / "old.json", self.folder / "new.json"
-        self.soak("export", "--unit", SERIAL, "--format", "json", "--simulated", "--model", "1", "-o", old)
-        self.soak("export", "--unit", SERIAL, "--format", "json", "--simulated", "-o", new)
+        self.soak("export", "--unreleased", "--unit", SERIAL, "--format", "json", "--simulated", "--model", "1", "-o", old)
+        self.soak("export", "--unreleased", "--unit", SERIAL, "--format", "json", "--simulated", "-o", new)
         self.assertEqual((json.loads(old.read_text())["model"], json.loads(new.read_text())["model"]), (1, 2))
 
     def test_the_number_of_threads_does_not_change_the_result(self):
@@ -305,7 +305,7 @@ class CalibrationFile(FittedTest):
             self.assertEqual(done.returncode, 2, temps)
 
     def test_simulated_data_are_exported_only_on_demand(self):
-        error = self.refusal("export", "--unit", SERIAL, "--format", "blob", "-o", self.folder / "x")
+        error = self.refusal("export", "--unreleased", "--unit", SERIAL, "--format", "blob", "-o", self.folder / "x")
         self.assertIn("--simulated", error["message"])
         self.assertFalse((self.folder / "x").exists())
 
@@ -313,19 +313,19 @@ class CalibrationFile(FittedTest):
         target, link, pipe = (self.folder / name for name in ("target", "link", "pipe"))
         target.write_bytes(b"old")
         link.symlink_to(target)
-        self.soak("export", "--unit", SERIAL, "--format", "blob", "--simulated", "-o", link)
+        self.soak("export", "--unreleased", "--unit", SERIAL, "--format", "blob", "--simulated", "-o", link)
         self.assertTrue(link.is_symlink())
         self.assertGreater(target.stat().st_size, 1000)
         os.mkfifo(pipe)
         reader = subprocess.Popen(["cat", str(pipe)], stdout=subprocess.PIPE)
-        self.soak("export", "--unit", SERIAL, "--format", "blob", "--simulated", "-o", pipe)
+        self.soak("export", "--unreleased", "--unit", SERIAL, "--format", "blob", "--simulated", "-o", pipe)
         self.assertEqual(reader.communicate(timeout=30)[0], target.read_bytes())
         self.assertTrue(pipe.is_fifo())
 
     def test_export_names_the_file_and_its_hash(self):
-        document = self.soak_json("export", "export", "--unit", SERIAL, "--format", "c", "--simulated", "-o", self.folder / "u.h")
+        document = self.soak_json("export", "export", "--unreleased", "--unit", SERIAL, "--format", "c", "--simulated", "-o", self.folder / "u.h")
         self.assertEqual(document["bytes"], (self.folder / "u.h").stat().st_size)
-        self.refusal("export", "--unit", SERIAL, "--format", "json", "--simulated",
+        self.refusal("export", "--unreleased", "--unit", SERIAL, "--format", "json", "--simulated",
                                                               "--model", "9", "-o", self.folder / "x")
 
 

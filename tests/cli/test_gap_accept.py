@@ -134,7 +134,7 @@ class Accept(SoakTest):
                 accepted = self.json("gap", "accept", "--unit", "SN1")
                 self.assertEqual([term["name"] for term in accepted["terms"]], ["sensor_lag"])
             file = self.folder / f"{model}.soakcal"
-            self.soak("export", "--unit", "SN1", "--format", "blob", "-o", file, "--simulated")
+            self.soak("export", "--unreleased", "--unit", "SN1", "--format", "blob", "-o", file, "--simulated")
             verified = self.json("verify", file, "--campaign", "fresh")
             check_schema(verified, "verify")
             self.assertEqual(verified["moving_terms"], ["sensor_lag"] if model == "after" else [])
@@ -151,7 +151,7 @@ class Accept(SoakTest):
             if model == "after":
                 term, = self.json("gap", "accept", "--unit", "SN1")["terms"]
             file = self.folder / f"{model}.soakcal"
-            self.soak("export", "--unit", "SN1", "--format", "blob", "-o", file, "--simulated")
+            self.soak("export", "--unreleased", "--unit", "SN1", "--format", "blob", "-o", file, "--simulated")
             verified = self.json("verify", file, "--campaign", "fresh")
             check_schema(verified, "verify")
             self.assertEqual(verified["moving_terms"], ["thermal_hysteresis"] if model == "after" else [])
@@ -192,8 +192,8 @@ class Accept(SoakTest):
         self.assertIn("nobody", self.refusal("correct", file, "nobody")["message"])
         # What autopilots and firmware without it lack is told and documented.
         self.assertTrue(any("thermal_hysteresis" in note for note in
-                            self.json("export", "--unit", "SN1", "--format", "px4", "-o", self.folder / "px4", "--simulated")["notes"]))
-        self.soak("export", "--unit", "SN1", "--format", "json", "-o", self.folder / "out.json", "--simulated")
+                            self.json("export", "--unreleased", "--unit", "SN1", "--format", "px4", "-o", self.folder / "px4", "--simulated")["notes"]))
+        self.soak("export", "--unreleased", "--unit", "SN1", "--format", "json", "-o", self.folder / "out.json", "--simulated")
         document = json.loads((self.folder / "out.json").read_text(encoding="utf-8"))
         check_schema(document, "calibration")
         listed = next(entry for entry in document["terms"] if entry["name"] == "thermal_hysteresis")
@@ -278,7 +278,7 @@ class Accept(SoakTest):
     def bias_at(self, name, sensor, *temps_c):
         """What the runtime reads out of the unit's newest file."""
         file = self.folder / name
-        self.soak("export", "--unit", "SN1", "--format", "blob", "-o", file)
+        self.soak("export", "--unreleased", "--unit", "SN1", "--format", "blob", "-o", file)
         listed = ",".join(str(temp_c) for temp_c in temps_c)
         points = self.json("eval", file, "--temp-c", listed)["points"]
         return np.array([point["bias"][sensor] for point in points])
@@ -325,14 +325,14 @@ class Accept(SoakTest):
         self.bumpy_unit()
         self.soak("gap", "accept", "--unit", "SN1", "--effect", "narrow_bump")
         for form in ("px4", "ardupilot"):
-            notes = self.json("export", "--unit", "SN1", "--format", form, "-o", self.folder / form)["notes"]
+            notes = self.json("export", "--unreleased", "--unit", "SN1", "--format", form, "-o", self.folder / form)["notes"]
             self.assertEqual(sum("narrow_bump" in note for note in notes), 1, notes)
         target = self.folder / "out.json"
-        self.soak("export", "--unit", "SN1", "--format", "json", "-o", target)
+        self.soak("export", "--unreleased", "--unit", "SN1", "--format", "json", "-o", target)
         document = json.loads(target.read_text(encoding="utf-8"))
         check_schema(document, "calibration")
         self.assertIn("narrow_bump", [term["name"] for term in document["terms"]])
-        self.soak("export", "--unit", "SN1", "--format", "c", "-o", self.folder / "cal.h")
+        self.soak("export", "--unreleased", "--unit", "SN1", "--format", "c", "-o", self.folder / "cal.h")
 
     def test_nothing_is_accepted_that_was_not_named(self):
         self.campaign(90, [])
@@ -340,7 +340,7 @@ class Accept(SoakTest):
 
     def exported(self):
         target = self.folder / "out.json"
-        self.soak("export", "--unit", "SN1", "--format", "json", "-o", target, "--simulated")
+        self.soak("export", "--unreleased", "--unit", "SN1", "--format", "json", "-o", target, "--simulated")
         document = json.loads(target.read_text(encoding="utf-8"))
         check_schema(document, "calibration")
         return document

@@ -208,7 +208,7 @@ class Outages(SoakTest):
         text = "\n".join(",".join(line.split(",")[i] for i in kept) for line in [header, *rows]) + "\n"
         self.soak("import", self.write("R.csv", text), "--unit", "SN1", "--campaign", "c", "--gravity-mps2", 9.80665)
         self.soak("fit", "--unit", "SN1")
-        self.soak("export", "--unit", "SN1", "--format", "blob", "-o", self.folder / "unit.soakcal")
+        self.soak("export", "--unreleased", "--unit", "SN1", "--format", "blob", "-o", self.folder / "unit.soakcal")
         return self.folder / "unit.soakcal"
 
     def expect_the_bias_of_gx_gone(self, drive, calibration, uncorrected):

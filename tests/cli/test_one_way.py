@@ -44,7 +44,7 @@ class OneWayTest(SoakTest):
 
     def exported(self, serial):
         path = self.folder / f"{serial}.soakcal"
-        return path, self.soak_json("export", "export", "--unit", serial, "--format", "blob", "-o", path)
+        return path, self.soak_json("export", "export", "--unreleased", "--unit", serial, "--format", "blob", "-o", path)
 
 
 class EveryCommand(OneWayTest):

@@ -63,7 +63,7 @@ class Branches(SoakTest):
         again = self.soak_json("gap-find", "gap", "find", "--unit", "R1")
         self.assertEqual(again["effects"], [], again["reason"])
         for form in ("blob", "c", "json"):
-            self.soak("export", "--unit", "R1", "--format", form, "-o", self.folder / form)
+            self.soak("export", "--unreleased", "--unit", "R1", "--format", form, "-o", self.folder / form)
         self.soak("eval", self.folder / "blob", "--temp-c", "0,25,50")
 
     def test_two_give_no_name(self):
@@ -80,7 +80,7 @@ class Branches(SoakTest):
         self.refusal("gap", "accept", "--unit", "R1", "--suspect")
         term, = self.soak_json("gap-accept", "gap", "accept", "--unit", "R1", "--suspect", "--effect", suspect)["terms"]
         self.assertEqual((term["name"], term["verdict"], term["lab_only"]), ("thermal_hysteresis", "unknown", False))
-        self.soak("export", "--unit", "R1", "--format", "blob", "-o", self.folder / "blob")
+        self.soak("export", "--unreleased", "--unit", "R1", "--format", "blob", "-o", self.folder / "blob")
         self.soak("import", self.write("fresh.csv", cycle(3, seed=8)), "--unit", "R1", "--procedure", "verification",
                   "--campaign", "fresh")
         device = self.soak_json("correct", "correct", self.folder / "blob", "fresh", "--past", "unknown")

@@ -236,7 +236,7 @@ class OnTheWayToTheFile(ReferenceTest):
 
     def exported(self, *arguments):
         path = self.folder / "SN1.soakcal"
-        done = self.soak("export", "--unit", "SN1", "--format", "blob", "-o", path, *arguments)
+        done = self.soak("export", "--unreleased", "--unit", "SN1", "--format", "blob", "-o", path, *arguments)
         return path, done.stderr
 
     def test_an_import_takes_references_only_when_asked(self):
@@ -291,7 +291,7 @@ class OnTheWayToTheFile(ReferenceTest):
         self.assertEqual((probe.kind, probe.certificate, probe.waiver), ("chamber_probe", "D-K-15048", None))
         self.assertAlmostEqual(cube.standard_uncertainty, math.radians(0.01), delta=1e-17)
         self.assertTrue(ed25519.verify(cube.waiver.public_key, cube.waiver_text(), cube.waiver.signature))
-        self.soak("export", "--unit", "SN1", "--format", "json", "-o", self.folder / "SN1.json")
+        self.soak("export", "--unreleased", "--unit", "SN1", "--format", "json", "-o", self.folder / "SN1.json")
         calibration = json.loads((self.folder / "SN1.json").read_text(encoding="utf-8"))
         check_schema(calibration, "calibration")
         self.assertEqual(calibration["references"], document["references"])
@@ -398,7 +398,7 @@ class WithdrawnSince(ReferenceTest):
         self.soak("runs", "void", "r2", "--visit", 3, "--reason", "known before the fit")
         self.soak("fit", "--unit", "SN1", "--rules", 2)
         self.blob = self.folder / "before.soakcal"
-        self.assertEqual(self.told("export", "--unit", "SN1", "--format", "blob", "-o", self.blob), {})
+        self.assertEqual(self.told("export", "--unreleased", "--unit", "SN1", "--format", "blob", "-o", self.blob), {})
 
     def told(self, command, *arguments):
         """The warnings of a command by their codes, without those of the bands; on standard error all, each once."""
@@ -410,7 +410,7 @@ class WithdrawnSince(ReferenceTest):
         return {code: text for code, text in warnings.items() if code not in OF_BANDS}
 
     def export(self):
-        return self.told("export", "--unit", "SN1", "--format", "blob", "-o", self.folder / "x.soakcal")
+        return self.told("export", "--unreleased", "--unit", "SN1", "--format", "blob", "-o", self.folder / "x.soakcal")
 
     def verify(self):
         told = self.told("verify", self.blob, "--campaign", "check")
@@ -427,7 +427,7 @@ class WithdrawnSince(ReferenceTest):
         self.soak("fit", "--unit", "SN1", "--rules", 2)
         self.assertEqual(self.export(), {}, "the new model does without them")
         self.assertIn("r1, r2", self.verify()["voided_since"], "the old file does not")
-        self.assertIn("r1", self.told("export", "--unit", "SN1", "--model", 1, "--format", "c", "-o", self.folder / "x.h")["voided_since"])
+        self.assertIn("r1", self.told("export", "--unreleased", "--unit", "SN1", "--model", 1, "--format", "c", "-o", self.folder / "x.h")["voided_since"])
 
     def test_a_run_that_was_imported_anew_in_the_place_of_a_void_one_is_the_models(self):
         self.soak("runs", "void", "r1", "--reason", "gravity was forgotten")
@@ -479,7 +479,7 @@ class EpochsAndVoids(ReferenceTest):
         self.assertEqual(self.labels(self.fitted()), ["r2"])
         self.soak("unit", "add", "SN1", "--begin-epoch", "gyro replaced")
         self.refusal("fit", "--unit", "SN1")
-        export = ("export", "--unit", "SN1", "--format", "blob", "-o", self.folder / "x.soakcal")
+        export = ("export", "--unreleased", "--unit", "SN1", "--format", "blob", "-o", self.folder / "x.soakcal")
         self.refusal(*export)
         self.imported("3.csv", recording(seed=3, run="r3"))
         self.assertEqual(self.labels(self.fitted()), ["r3"])

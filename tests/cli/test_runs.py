@@ -140,7 +140,7 @@ class Units(SoakTest):
         self.soak("import", path, "--unit", "S" * 255)
         self.soak("fit", "--unit", "S" * 255, "--rules", 2)
         for kind in ("blob", "c", "json"):
-            self.soak("export", "--unit", "S" * 255, "--format", kind, "-o", self.folder / kind)
+            self.soak("export", "--unreleased", "--unit", "S" * 255, "--format", kind, "-o", self.folder / kind)
 
 
 class Frame(SoakTest):

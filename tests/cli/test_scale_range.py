@@ -42,7 +42,7 @@ class ScaleRange(SoakTest):
 
     def blob(self, *options):
         path = self.folder / "x.soakcal"
-        self.soak("export", "--unit", SERIAL, "--format", "blob", "-o", path, *options)
+        self.soak("export", "--unreleased", "--unit", SERIAL, "--format", "blob", "-o", path, *options)
         return path
 
     def test_fit_states_no_scale_where_none_was_measured_and_names_the_temperatures(self):
@@ -88,7 +88,7 @@ class ScaleRange(SoakTest):
 
     def test_the_json_export_has_none_either(self):
         path = self.folder / "x.json"
-        self.soak("export", "--unit", SERIAL, "--format", "json", "-o", path)
+        self.soak("export", "--unreleased", "--unit", SERIAL, "--format", "json", "-o", path)
         document = json.loads(path.read_text())
         check_schema(document, "calibration")
         for point in document["sensors"]["accel_x"]["curve"]:

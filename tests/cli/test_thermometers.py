@@ -53,7 +53,7 @@ class Thermometers(SoakTest):
         super().setUp()
         shutil.copytree(fitted()[0] / "data", self.data)
         self.file = self.folder / "tg.soakcal"
-        self.soak_json("export", "export", "--unit", SERIAL, "--format", "blob", "-o", self.file)
+        self.soak_json("export", "export", "--unreleased", "--unit", SERIAL, "--format", "blob", "-o", self.file)
 
     def eval(self, *arguments):
         return self.soak_json("eval", "eval", self.file, *arguments)
@@ -116,14 +116,14 @@ class Thermometers(SoakTest):
     def test_autopilots_are_refused_and_told_why(self):
         for name in ("px4", "ardupilot"):
             out = self.folder / name
-            error = self.refusal("export", "--unit", SERIAL, "--format", name, "-o", out)
+            error = self.refusal("export", "--unreleased", "--unit", SERIAL, "--format", name, "-o", out)
             self.assertIn("gyro_x", error["message"])
             self.assertFalse(out.exists())
 
     def test_header_and_json_say_it(self):
-        self.soak("export", "--unit", SERIAL, "--format", "c", "-o", self.folder / "tg.h")
+        self.soak("export", "--unreleased", "--unit", SERIAL, "--format", "c", "-o", self.folder / "tg.h")
         self.assertRegex((self.folder / "tg.h").read_text(), "gyro_x.*thermometer")
-        self.soak("export", "--unit", SERIAL, "--format", "json", "-o", self.folder / "tg.json")
+        self.soak("export", "--unreleased", "--unit", SERIAL, "--format", "json", "-o", self.folder / "tg.json")
         sensors = json.loads((self.folder / "tg.json").read_text())["sensors"]
         self.assertEqual([sensors[name]["thermometer"] for name in SENSORS[:2]], ["own", "unit"])
 

@@ -112,6 +112,13 @@ class Page(unittest.TestCase):
             self.run_line(f"soak import {serial}-{name}.csv --unit {serial} --campaign first --gravity-mps2 9.80665")
         self.run_line(f"soak fit --unit {serial}")
 
+    def released(self, serial):
+        """The unit's model, verified against a fresh run and released."""
+        self.write(f"{serial}-fresh.csv", recording(9, "F01", (-18.0, 2.0, 22.0, 38.0), 30))
+        self.run_line(f"soak import {serial}-fresh.csv --unit {serial} --campaign fresh --procedure verification --gravity-mps2 9.80665")
+        self.run_line(f"soak verify --unit {serial} --campaign fresh --limits limits.toml")
+        self.run_line(f"soak release --unit {serial}")
+
     def still(self, seconds=2000, rate_hz=10):
         """An hour at rest, as CSV."""
         noise = random.Random(5)
@@ -194,8 +201,9 @@ class CheckStandard(Page):
 
 class Deployment(Page):
     def test_deployment(self):
-        self.unit("SN-0001")
-        self.unit("SN0042")
+        for serial in ("SN-0001", "SN0042"):
+            self.unit(serial)
+            self.released(serial)
         self.write("still.csv", self.still())
         self.run_line("soak import still.csv --unit SN0042 --gravity-mps2 9.80665")
         axes = "\n".join(f"{i * 10000},0,25.{i % 10},{i % 3 * 0.001},{i % 5 * 0.001},{9.8 + i % 7 * 0.001}" for i in range(1, 400))
@@ -228,6 +236,7 @@ class Guide(Page):
         def own_unit():
             if not (self.folder / "SN0042-R01.csv").exists():
                 self.unit("SN0042")
+                self.released("SN0042")
                 self.run_line("soak import still.csv --unit SN0042 --gravity-mps2 9.80665")
         self.replaced += [("--unit SN0042$", "--unit LOGGED")]
         self.carry_out("docs/guide.md", extra={"--device-id": own_unit})

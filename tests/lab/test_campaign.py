@@ -94,8 +94,8 @@ class Campaign(LabTest):
             self.assertTrue(fit["simulated"])
             self.assertEqual(len(fit["sensors"]["gyro_x"]["runs"]), 2, "the pre-flight is no run to fit")
             blob = self.folder / f"{serial}.soakcal"
-            self.soak_fails(2, "export", "--unit", serial, "--format", "blob", "-o", blob)
-            self.lab.soak("export", "--unit", serial, "--format", "blob", "--simulated", "-o", blob)
+            self.soak_fails(2, "export", "--unreleased", "--unit", serial, "--format", "blob", "-o", blob)
+            self.lab.soak("export", "--unreleased", "--unit", serial, "--format", "blob", "--simulated", "-o", blob)
             shown = self.lab.soak_json("eval", blob, "--temp-c", "25")
             for sensor, spread in (("gyro_x", 0.06), ("accel_z", 0.03)):
                 curve = dict(zip(self.lab.truth()["temp_c"], truth[serial][sensor]["bias"]))

@@ -16,6 +16,7 @@
 #include <thread>
 #include <vector>
 
+#include "station/io/text.h"
 #include "tests/db/sample_catalog.h"
 #include "tests/db/support.h"
 

@@ -270,13 +270,13 @@ class Page(WithStation):
         self.browser.click("#key-text a")
         public = self.soakd.folder / "lab.pub"
         public.write_bytes(self.downloaded(f"{key}.pub"))
-        (self.downloads / "SIM-0001.soakcal").unlink()
         self.open_unit(SERIAL)
         self.see("#unit-sign-text", f"Sign it with key {key}")
         self.browser.run("const s = document.querySelector('#unit-format'); s.value = 'blob'; s.dispatchEvent(new Event('change'));")
         for choice in ("#unit-simulated", "#unit-sign", "#unit-export"):
             self.click(choice)
         self.see("#unit-jobs li:first-child", f"signed with key {key}")
+        self.see("#unit-badges", "released")
         self.browser.click("#unit-jobs li:first-child a")
         signed = self.soakd.folder / "signed.soakcal"
         signed.write_bytes(self.downloaded("SIM-0001.soakcal"))
@@ -315,6 +315,7 @@ class Page(WithStation):
         self.see("#unit-next", "Verify it with a run that the fit has not seen.")
         self.see("#unit-verdict", "NOT JUDGED")
         self.see("#unit-badges", "SIMULATED")
+        self.see("#unit-badges", "fitted")
         self.see("#unit-warnings", "simulated")
         bands = self.browser.run("return document.querySelectorAll('#unit-curves svg .band.ci95').length")
         self.assertEqual(bands, 6)
@@ -336,16 +337,17 @@ class Page(WithStation):
         self.assertEqual(self.browser.run("return document.activeElement.id"), "unit-simulated")
         self.see("#unit-next", "Export it.")
         self.click("#unit-simulated")
-        for form, name in (("blob", "SIM-0001.soakcal"), ("c", "SIM-0001.h")):
+        for form, name in (("blob", "SIM-0001.unreleased.soakcal"), ("c", "SIM-0001.unreleased.h")):
             self.browser.run("const s = document.querySelector('#unit-format'); s.value = arguments[0];", form)
             self.click("#unit-export")
             self.browser.wait("return document.querySelector(arguments[0])", f"#unit-jobs a[download='{name}']")
             self.browser.click(f"#unit-jobs a[download='{name}']")
             content = self.downloaded(name)
             path = self.soakd.folder / name
-            self.soakd.soak("export", "--unit", SERIAL, "--format", form, "--simulated", "-o", path)
+            self.soakd.soak("export", "--unreleased", "--unit", SERIAL, "--format", form, "--simulated", "-o", path)
             self.assertEqual(content, path.read_bytes())
         self.see("#unit-next", "verified and exported")
+        self.soakd.soak("release", "--unit", SERIAL)  # the verification by a click passed
         self.sign_in_the_browser()
         self.browser.run("const s = document.querySelector('#unit-format'); s.value = 'kalibr'; s.dispatchEvent(new Event('change'));")
         self.browser.wait("return document.querySelector('#unit-sign-box').hidden")

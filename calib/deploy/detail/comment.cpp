@@ -70,6 +70,7 @@ std::string fixed_text(float value) {
 std::string provenance_comment(const Calibration& calibration) {
   std::string text;
   if (calibration.simulated) text += comment("SIMULATED SIMULATED SIMULATED: made from simulated data. Do not fly it.");
+  if (calibration.unreleased) text += comment("NOT RELEASED: its laboratory does not vouch for this calibration.");
   text += comment("Thermal calibration by Soak (docs/deployment.md).");
   const Clean as_it_is = [](std::string words) { return words; };  // comment() leaves no line break in them
   for (const std::string& line : identity_lines(calibration, as_it_is)) text += comment(line);

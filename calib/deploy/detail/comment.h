@@ -28,7 +28,7 @@ using Clean = std::function<std::string(std::string)>;
 [[nodiscard]] std::string fixed_text(float value);
 
 /// Comment lines: what made the calibration, from what, measured with which references by which waivers, and a warning
-/// where it is simulated.
+/// where it is simulated or not released.
 [[nodiscard]] std::string provenance_comment(const Calibration& calibration);
 
 /// Comment lines: the loss of each sensor, what the scale factor would have needed, and the notes.

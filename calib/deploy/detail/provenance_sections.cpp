@@ -15,6 +15,7 @@ namespace {
 
 constexpr std::uint32_t kSimulated = 1;
 constexpr std::uint32_t kGravityAssumed = 2;
+constexpr std::uint32_t kUnreleased = 4;
 
 base::Status check_provenance(const Calibration& calibration) {
   if (calibration.unit.empty()) return base::bad_input("the calibration names no unit", "unit");
@@ -127,7 +128,8 @@ base::Result<Section> provenance_section(const Calibration& calibration) {
   out.write(calibration.model_version);
   out.write(calibration.created_utc_s);
   out.write(calibration.gravity_mps2);
-  out.write((calibration.simulated ? kSimulated : 0U) | (calibration.gravity_assumed ? kGravityAssumed : 0U));
+  out.write((calibration.simulated ? kSimulated : 0U) | (calibration.gravity_assumed ? kGravityAssumed : 0U) |
+            (calibration.unreleased ? kUnreleased : 0U));
   out.write(static_cast<std::uint16_t>(calibration.run_hashes.size()));
   out.write(static_cast<std::uint8_t>(calibration.unit.size()));
   out.write(static_cast<std::uint8_t>(calibration.unit_type.size()));
@@ -142,6 +144,10 @@ base::Result<Section> provenance_section(const Calibration& calibration) {
   return Section{SOAK_SECTION_PROVENANCE, true, out.take()};
 }
 
+bool says_unreleased(std::span<const std::uint8_t> payload) {
+  return (soak_u32(payload.data() + 24) & kUnreleased) != 0;
+}
+
 void read_provenance(const std::uint8_t* payload, Calibration& calibration) {
   const std::size_t runs = soak_u16(payload + 28);
   base::ByteReader in({payload, 32});
@@ -152,6 +158,7 @@ void read_provenance(const std::uint8_t* payload, Calibration& calibration) {
   const auto flags = *in.read<std::uint32_t>();
   calibration.simulated = (flags & kSimulated) != 0;
   calibration.gravity_assumed = (flags & kGravityAssumed) != 0;
+  calibration.unreleased = (flags & kUnreleased) != 0;
   for (std::size_t i = 0; i < runs; ++i) calibration.run_hashes.push_back(base::to_hex({payload + 32 + 32 * i, 32}));
   const std::uint8_t* text = payload + 32 + 32 * runs;
   calibration.unit.assign(text, text + payload[30]);

@@ -94,6 +94,8 @@ class PayloadReader {
 
 [[nodiscard]] base::Result<Section> provenance_section(const Calibration& calibration);
 void read_provenance(const std::uint8_t* payload, Calibration& calibration);
+/// Whether the payload of a provenance section says something that 1.0 to 1.7 do not know.
+[[nodiscard]] bool says_unreleased(std::span<const std::uint8_t> payload);
 
 /// Most references that a file carries: beside them, 256 sections hold all else that there can be.
 inline constexpr std::size_t kMaxReferences = 160;

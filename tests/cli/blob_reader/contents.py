@@ -25,6 +25,7 @@ class Contents:
     created_unix_s: float
     gravity: float
     simulated: bool
+    unreleased: bool
     gravity_assumed: bool
     run_hashes: tuple[bytes, ...]
     serial: str
@@ -99,6 +100,7 @@ class Contents:
         require(serial_size >= 1, "the serial number is empty")
         self.simulated = bool(flags & 1)
         self.gravity_assumed = bool(flags & 2)
+        self.unreleased = bool(flags & 4)
         self.run_hashes = tuple(payload.take(32) for _ in range(hash_count))
         self.serial = payload.text(serial_size)
         self.unit_type = payload.text(type_size)

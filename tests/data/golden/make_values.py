@@ -149,7 +149,8 @@ def main():
                               ("referenced", fis_calibration()), ("couplings", mixed_calibration()),
                               ("thermometers", fis_calibration(own=("gyro_x", "accel_z"))),
                               ("gyros", mixed_calibration(GYRO_MISALIGNMENT)),
-                              ("one_way", fis_calibration()), ("history", fis_calibration())):
+                              ("one_way", fis_calibration()), ("history", fis_calibration()),
+                              ("unreleased", fis_calibration())):
         with open(os.path.join(HERE, name + ".values.json"), "w", encoding="utf-8") as f:
             json.dump(document(calibration), f, indent=1)
             f.write("\n")

@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/text.h"
+#include "station/commands/command.h"
+#include "station/commands/shared.h"
+#include "station/io/host.h"
+#include "station/io/text.h"
+#include "station/release/release_rule.h"
+
+namespace soak::station {
+namespace {
+
+/// soak release (--unit SN | --all) [--user NAME]
+struct ReleaseCommand final : CatalogCommand {
+  std::string unit;  ///< empty with `all`
+  bool all = false;
+  std::string user;  ///< who releases; empty = the user that runs the program
+
+  void declare(OptionList& options) override {
+    options.add("--unit SN", &unit, "Serial number of the unit");
+    options.add("--all", &all, "The newest models of all units, those that keep the rule").excludes("--unit");
+    options.require_one_of({"--unit", "--all"}, "--unit SN or --all");
+    options.add("--user NAME", &user, "Who releases (default: the user that runs the program)");
+  }
+  base::Status run_with(db::Catalog& catalog, Output& output) override;
+};
+
+/// What is written into the history of a model that is released.
+std::string release_reason(const ReleaseCase& release) {
+  const auto& [row, campaign, limits] = *release.verification;
+  return fmt::format(
+      "verified {} against campaign {} with the limits of {}: {}; {}", base::utc_text(row.utc_s), campaign, limits,
+      row.verdict, release.expires_utc_s ? "good until " + iso_date(*release.expires_utc_s) : "no reference is stated");
+}
+
+/// The newest models of the units that are asked for.
+base::Result<std::vector<db::ModelHead>> newest_models(const db::Catalog& catalog, const ReleaseCommand& command) {
+  if (!command.all) {
+    const auto model = usable_model(catalog, command.unit, std::nullopt);
+    if (!model) return base::forward_error(model);
+    const auto head = model_head(catalog, command.unit, model->version);
+    if (!head) return base::forward_error(head);
+    return std::vector{*head};
+  }
+  const auto heads = catalog.models();
+  if (!heads) return base::forward_error(heads);
+  std::vector<db::ModelHead> newest;
+  for (const db::ModelHead& head : *heads) {
+    if (!newest.empty() && newest.back().unit == head.unit) newest.pop_back();
+    newest.push_back(head);
+  }
+  if (newest.empty()) return base::bad_input("no unit has a model yet: run 'soak fit --all' first");
+  return newest;
+}
+
+/// Judges a model and releases it where it keeps the rule; one that is released stays as it is.
+base::Result<ReleaseCase> release_one(db::Catalog& catalog, const db::ModelHead& head, const std::string& user) {
+  const double now = now_utc_s();
+  auto release = judge_release(catalog, head, now);
+  if (!release || !release->obstacles.empty() || head.state == "released") return release;
+  auto done = catalog.set_model_state({head.unit, head.version, "released", release_reason(*release), user, now});
+  if (!done) return base::forward_error(done);
+  release->head.state = "released";
+  return release;
+}
+
+nlohmann::json release_json(const ReleaseCase& release) {
+  return {{"unit", release.head.unit},
+          {"model", release.head.version},
+          {"state", release.head.state},
+          {"simulated", release.calibration.simulated},
+          {"expires", release.expires_utc_s ? nlohmann::json(iso_date(*release.expires_utc_s)) : nlohmann::json()},
+          {"obstacles", release.obstacles}};
+}
+
+base::Status ReleaseCommand::run_with(db::Catalog& catalog, Output& output) {
+  const std::string signer = user_name(user);
+  if (auto line = check_text_line(signer, "--user"); !line) return line;
+  const auto heads = newest_models(catalog, *this);
+  if (!heads) return base::forward_error(heads);
+  nlohmann::json documents = nlohmann::json::array();
+  std::vector<std::vector<std::string>> table = {{"unit", "model", "state", "good until", ""}};
+  for (const db::ModelHead& head : *heads) {
+    const auto release = release_one(catalog, head, signer);
+    if (!release) return base::forward_error(release);
+    if (!all && !release->obstacles.empty()) {
+      return base::bad_input(
+          fmt::format("model {} may not be released: {}", head.version, fmt::join(release->obstacles, "; ")),
+          head.unit);
+    }
+    documents.push_back(release_json(*release));
+    table.push_back(
+        {head.unit, std::to_string(head.version), release->head.state,
+         release->expires_utc_s ? iso_date(*release->expires_utc_s) : "-",
+         fmt::format("{}{}", release->calibration.simulated ? "SIMULATED " : "", fmt::join(release->obstacles, "; "))});
+  }
+  if (output.json()) return output.print_json({{"units", std::move(documents)}});
+  output.print(text_table(table));
+  return {};
+}
+
+}  // namespace
+
+CommandGroup release_commands() {
+  return {"",
+          "",
+          {{"release", "Release models that passed their verification and rest on nothing that was withdrawn since",
+            "soak release --all --user eva", std::make_shared<ReleaseCommand>()}}};
+}
+
+}  // namespace soak::station

@@ -1,0 +1,256 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "station/release/hand_over.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <map>
+#include <optional>
+#include <system_error>
+#include <utility>
+
+#include "base/hash.h"
+#include "base/text.h"
+#include "station/io/host.h"
+#include "station/io/text.h"
+#include "station/io/text_file.h"
+#include "station/records/key_file.h"
+#include "station/release/exported_file.h"
+#include "station/release/manifest.h"
+#include "station/release/release_rule.h"
+
+namespace soak::station {
+namespace {
+
+using nlohmann::json;
+
+/// A file that is to be written, with its entry in the manifest.
+struct ReleasedFile {
+  std::string name;
+  std::string content;
+  json entry;
+};
+
+base::Status check_folder(const std::filesystem::path& folder) {
+  std::error_code error;
+  const bool exists = std::filesystem::exists(folder, error);
+  if (!error &&
+      (!exists || (std::filesystem::is_directory(folder, error) && std::filesystem::is_empty(folder, error)))) {
+    return {};
+  }
+  return base::bad_input("must be a new or an empty folder: what is handed over must not mix with other files",
+                         folder.string());
+}
+
+/// Who released a model, and when.
+base::Result<db::ModelStateRow> release_of(const db::Catalog& catalog, const db::ModelHead& head) {
+  auto history = catalog.model_history(head.unit, head.version);
+  if (!history) return base::forward_error(history);
+  const auto row = std::ranges::find(*history, "released", &db::ModelStateRow::state);
+  if (row != history->end()) return *row;
+  return base::corrupt(
+      fmt::format("model {} of unit {} is released, and its history does not say by whom", head.version, head.unit),
+      catalog.data_folder().string());
+}
+
+/// The temperatures that all sensors are valid at.
+std::pair<double, double> common_range_c(const calib::Calibration& calibration) {
+  double low = calibration.sensors.front().temp_min_c;
+  double high = calibration.sensors.front().temp_max_c;
+  for (const calib::SensorCalibration& sensor : calibration.sensors) {
+    low = std::max(low, sensor.temp_min_c);
+    high = std::min(high, sensor.temp_max_c);
+  }
+  return {low, high};
+}
+
+json entry_of(const ReleaseCase& release, const db::ModelStateRow& state, const ReleasedFile& file) {
+  const auto [low_c, high_c] = common_range_c(release.calibration);
+  const auto& [row, campaign, limits] = *release.verification;
+  return {{"unit", release.head.unit},
+          {"unit_type", release.calibration.unit_type},
+          {"epoch", release.head.epoch},
+          {"model", release.head.version},
+          {"file", file.name},
+          {"bytes", file.content.size()},
+          {"sha256", content_sha256(file.content)},
+          {"simulated", release.calibration.simulated},
+          {"temp_min_c", low_c},
+          {"temp_max_c", high_c},
+          {"verdict", row.verdict},
+          {"verified_utc", base::utc_text(row.utc_s)},
+          {"campaign", campaign},
+          {"limits", limits},
+          {"released_by", state.user},
+          {"released_utc", base::utc_text(state.utc_s)},
+          {"expires", release.expires_utc_s ? json(iso_date(*release.expires_utc_s)) : json()}};
+}
+
+/// The file of a unit, or why it is left out.
+base::Result<ReleasedFile> released_file(const db::Catalog& catalog, const HandOverRequest& request,
+                                         const ReleaseCase& release) {
+  ExportRequest wanted;
+  wanted.unit = release.head.unit;
+  wanted.format = request.format;
+  wanted.model = release.head.version;
+  wanted.simulated = request.simulated;
+  if (request.format == "blob") wanted.sign = request.key_file;
+  auto made = export_model(catalog, wanted);
+  if (!made) return base::forward_error(made);
+  const auto state = release_of(catalog, release.head);
+  if (!state) return base::forward_error(state);
+  ReleasedFile file{
+      plain_file_name(release.head.unit) + std::string(ending_of(request.format)), std::move(made->content), {}};
+  file.entry = entry_of(release, *state, file);
+  return file;
+}
+
+/// All files and all that is left out.
+base::Status collect(const db::Catalog& catalog, const HandOverRequest& request, std::vector<ReleasedFile>& files,
+                     std::vector<LeftOut>& left_out) {
+  const auto heads = catalog.models();
+  if (!heads) return base::forward_error(heads);
+  std::map<std::string, db::ModelHead> chosen;  // of each unit the newest released version, else the newest
+  for (const db::ModelHead& head : *heads) {
+    const auto [entry, is_new] = chosen.try_emplace(head.unit, head);
+    if (is_new || head.state == "released" || entry->second.state != "released") entry->second = head;
+  }
+  const double now = now_utc_s();
+  for (const auto& [unit, head] : chosen) {
+    if (head.state != "released") {
+      left_out.push_back(
+          {unit, head.version, {fmt::format("no model of it is released; the newest is {}", head.state)}});
+      continue;
+    }
+    const auto release = judge_release(catalog, head, now);
+    if (!release) return base::forward_error(release);
+    if (!release->obstacles.empty()) {
+      left_out.push_back({unit, head.version, release->obstacles});
+      continue;
+    }
+    auto file = released_file(catalog, request, *release);
+    if (file) {
+      files.push_back(*std::move(file));
+    } else if (file.error().kind == base::ErrorKind::bad_input) {
+      left_out.push_back({unit, head.version, {file.error().message}});
+    } else {
+      return base::forward_error(file);
+    }
+  }
+  return {};
+}
+
+/// Serial numbers may differ in what no file name can have.
+base::Status check_names(const std::vector<ReleasedFile>& files) {
+  std::map<std::string, std::string> unit_of_name;
+  for (const ReleasedFile& file : files) {
+    const auto unit = file.entry["unit"].get<std::string>();
+    const auto [known, is_new] = unit_of_name.try_emplace(file.name, unit);
+    if (is_new) continue;
+    return base::bad_input(fmt::format("units '{}' and '{}' would have the same file {}: export one of them by itself",
+                                       known->second, unit, file.name));
+  }
+  return {};
+}
+
+base::Error nothing_to_hand_over(const std::vector<LeftOut>& left_out) {
+  std::string message =
+      "no unit has a released model that keeps the rule of release: 'soak release --all' releases those that do";
+  for (const LeftOut& unit : left_out) {
+    message += fmt::format("\n  {}: {}", unit.unit, fmt::join(unit.reasons, "; "));
+  }
+  return {base::ErrorKind::bad_input, std::move(message), ""};
+}
+
+/// A folder in the making, of which nothing is left unless all of it is wanted.
+class FolderInTheMaking {
+ public:
+  explicit FolderInTheMaking(std::filesystem::path folder) : folder_(std::move(folder)) {}
+  FolderInTheMaking(const FolderInTheMaking&) = delete;
+  FolderInTheMaking& operator=(const FolderInTheMaking&) = delete;
+  ~FolderInTheMaking() {
+    std::error_code ignored;
+    for (const std::string& name : written_) std::filesystem::remove(folder_ / name, ignored);
+    if (is_new_) std::filesystem::remove(folder_, ignored);
+  }
+
+  base::Status make() {
+    std::error_code error;
+    is_new_ = std::filesystem::create_directories(folder_, error);
+    if (!error) return {};
+    return base::fail(base::ErrorKind::internal, "cannot make the folder: " + error.message(), folder_.string());
+  }
+  base::Status write(const std::string& name, const std::string& content) {
+    auto written = write_text_file(folder_ / name, content);
+    if (written) written_.push_back(name);
+    return written;
+  }
+  void keep() {
+    written_.clear();
+    is_new_ = false;
+  }
+
+ private:
+  std::filesystem::path folder_;
+  std::vector<std::string> written_;
+  bool is_new_ = false;
+};
+
+base::Status record(db::Catalog& catalog, const HandOverRequest& request, const std::vector<ReleasedFile>& files) {
+  const double now = now_utc_s();
+  return catalog.all_or_nothing([&]() -> base::Status {
+    for (const ReleasedFile& file : files) {
+      const std::string path = std::filesystem::absolute(request.folder / file.name).string();
+      auto added = catalog.add_calibration(
+          {file.entry["unit"], file.entry["model"], now, request.format, file.entry["sha256"], path});
+      if (!added) return added;
+    }
+    return {};
+  });
+}
+
+/// The manifest is written last: a folder without one is not whole.
+base::Status write_folder(db::Catalog& catalog, const HandOverRequest& request, const std::vector<ReleasedFile>& files,
+                          const std::string& manifest, const SecretKey& key) {
+  FolderInTheMaking folder(request.folder);
+  if (auto made = folder.make(); !made) return made;
+  for (const ReleasedFile& file : files) {
+    if (auto written = folder.write(file.name, file.content); !written) return written;
+  }
+  const std::string name(kManifestName);
+  auto written = folder.write(signature_path_of(name).string(), manifest_signature(manifest, key));
+  if (written) written = folder.write(name, manifest);
+  if (!written) return written;
+  if (auto recorded = record(catalog, request, files); !recorded) return recorded;
+  folder.keep();
+  return {};
+}
+
+}  // namespace
+
+base::Result<HandOver> hand_over(db::Catalog& catalog, const HandOverRequest& request) {
+  if (auto free = check_folder(request.folder); !free) return base::forward_error(free);
+  const auto key = read_secret_key(request.key_file);
+  if (!key) return base::forward_error(key);
+  HandOver result;
+  std::vector<ReleasedFile> files;
+  if (auto done = collect(catalog, request, files, result.left_out); !done) return base::forward_error(done);
+  if (files.empty()) return tl::unexpected<base::Error>(nothing_to_hand_over(result.left_out));
+  if (auto distinct = check_names(files); !distinct) return base::forward_error(distinct);
+
+  result.manifest = {{"format", "soak-manifest-1"},
+                     {"created_utc", base::utc_text(now_utc_s())},
+                     {"software", software_version()},
+                     {"user", user_name()},
+                     {"key_id", base::to_hex(key_id_of(public_key_of(key->key)))},
+                     {"file_format", request.format},
+                     {"units", json::array()}};
+  for (const ReleasedFile& file : files) result.manifest["units"].push_back(file.entry);
+  if (auto written = write_folder(catalog, request, files, result.manifest.dump(2) + '\n', key->key); !written) {
+    return base::forward_error(written);
+  }
+  return result;
+}
+
+}  // namespace soak::station

@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "station/release/release_rule.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "calib/model/model_document.h"
+#include "station/fit/reference_rule.h"
+#include "station/io/data_folder.h"
+#include "station/io/text.h"
+#include "station/records/calibration_reader.h"
+#include "station/report/unit_overview.h"
+
+namespace soak::station {
+namespace {
+
+base::Result<std::optional<LastVerification>> last_verification(const db::Catalog& catalog, const db::ModelHead& head) {
+  auto rows = catalog.verifications(head.unit, head.version);
+  if (!rows) return base::forward_error(rows);
+  if (rows->empty()) return std::optional<LastVerification>();
+  LastVerification last{std::move(rows->back()), {}, {}};
+  const auto document = nlohmann::json::parse(last.row.document, nullptr, false);
+  if (!document.is_object()) {
+    return base::corrupt(fmt::format("the last verification of model {} of unit {} is damaged: verify it again",
+                                     head.version, head.unit),
+                         catalog.data_folder().string());
+  }
+  last.campaign = document.value("campaign", "");
+  if (document["limits"].is_string()) last.limits = document["limits"];
+  return std::optional(std::move(last));
+}
+
+/// Whether it passed.
+std::optional<std::string> not_passed(const ReleaseCase& release) {
+  const db::ModelHead& head = release.head;
+  if (!release.verification) {
+    return fmt::format("it was never verified: 'soak verify --unit {} --campaign NAME'", head.unit);
+  }
+  const auto& [row, campaign, limits] = *release.verification;
+  if (row.verdict == "pass") return std::nullopt;
+  const std::string remedy = row.verdict == "info" ? "set limits for every sensor and verify it again"
+                                                   : "fit again, or verify it against other fresh runs";
+  return fmt::format("its last verification, against campaign '{}', says {}, not pass: {}", campaign, row.verdict,
+                     remedy);
+}
+
+/// What was withdrawn of the data of the model, in the words of its warnings.
+base::Status add_withdrawn(const db::Catalog& catalog, ReleaseCase& release) {
+  auto withdrawn = withdrawn_since(catalog, release.calibration);
+  if (!withdrawn) return base::forward_error(withdrawn);
+  for (const calib::Warning& warning : *withdrawn) release.obstacles.push_back(warning.text + ": fit again");
+  return {};
+}
+
+/// What was withdrawn of the data of its verification.
+base::Status add_withdrawn_of_verification(const db::Catalog& catalog, ReleaseCase& release) {
+  if (!release.verification) return {};
+  const std::string& campaign = release.verification->campaign;
+  const auto voided = withdrawn_since_start(catalog, release.head.unit, campaign, release.verification->row.utc_s);
+  if (!voided) return base::forward_error(voided);
+  if (*voided) {
+    release.obstacles.push_back(fmt::format(
+        "runs of campaign '{}' were withdrawn after it was verified against them: verify it again", campaign));
+  }
+  const auto references = references_of_campaigns(catalog, {campaign});
+  if (!references) return base::forward_error(references);
+  const auto warnings = reference_warnings(catalog, *references);
+  if (!warnings) return base::forward_error(warnings);
+  for (const calib::Warning& warning : *warnings) {
+    const auto is_told = [&](const std::string& told) { return told.starts_with(warning.text); };
+    if (std::ranges::any_of(release.obstacles, is_told)) continue;
+    release.obstacles.push_back(warning.text + ": verify it against newer runs");
+  }
+  return {};
+}
+
+/// A waiver has taken the place of the due date of its reference.
+void add_expiry(ReleaseCase& release, double now_utc_s) {
+  const calib::Reference* first = nullptr;
+  for (const calib::ReferenceUse& use : release.calibration.references) {
+    if (!use.waiver && (first == nullptr || use.reference.due_utc_s < first->due_utc_s)) first = &use.reference;
+  }
+  if (first == nullptr) return;
+  release.expires_utc_s = first->due_utc_s;
+  if (first->due_utc_s > now_utc_s) return;
+  release.obstacles.push_back(fmt::format("{} was due on {}: record with a newer certificate and fit again",
+                                          describe(*first), iso_date(first->due_utc_s)));
+}
+
+/// What its state, its epoch and later runs say.
+base::Status add_of_unit(const db::Catalog& catalog, ReleaseCase& release) {
+  const db::ModelHead& head = release.head;
+  if (head.state == "withdrawn") release.obstacles.emplace_back("it is withdrawn: fit again");
+  const auto unit = find_unit(catalog, head.unit);
+  if (!unit) return base::forward_error(unit);
+  if (unit->epoch != head.epoch) {
+    release.obstacles.push_back(
+        fmt::format("it belongs to epoch {}, the unit is in epoch {}: fit again", head.epoch, unit->epoch));
+  }
+  const auto later = recorded_since(catalog, head.unit, head.created_utc_s, true);
+  if (!later) return base::forward_error(later);
+  if (*later) {
+    release.obstacles.emplace_back("runs for calibration were entered after it was fitted: fit again, or void them");
+  }
+  return {};
+}
+
+}  // namespace
+
+base::Result<db::ModelRow> usable_model(const db::Catalog& catalog, const std::string& unit,
+                                        std::optional<std::int32_t> version) {
+  const auto known = find_unit(catalog, unit);
+  if (!known) return base::forward_error(known);
+  auto row = catalog.model(unit, version);
+  if (!row) return base::forward_error(row);
+  if (!*row) {
+    return base::bad_input(version
+                               ? fmt::format("unit {} has no model version {}", unit, *version)
+                               : fmt::format("unit {} has no model yet; run 'soak fit --unit {}' first", unit, unit));
+  }
+  if ((*row)->epoch != known->epoch) {
+    return base::bad_input(
+        fmt::format("model {} of unit {} belongs to epoch {}, but the unit is now in epoch {}: fit "
+                    "again",
+                    (*row)->version, unit, (*row)->epoch, known->epoch));
+  }
+  return **std::move(row);
+}
+
+base::Result<db::ModelHead> model_head(const db::Catalog& catalog, const std::string& unit, std::int32_t version) {
+  if (const auto known = find_unit(catalog, unit); !known) return base::forward_error(known);
+  const auto heads = catalog.models(unit);
+  if (!heads) return base::forward_error(heads);
+  const auto head = std::ranges::find(*heads, version, &db::ModelHead::version);
+  if (head != heads->end()) return *head;
+  return base::bad_input(
+      fmt::format("unit {} has no model version {}: 'soak model list --unit {}' shows them", unit, version, unit));
+}
+
+base::Result<std::optional<db::ModelHead>> newest_released(const db::Catalog& catalog, const std::string& unit) {
+  const auto heads = catalog.models(unit);
+  if (!heads) return base::forward_error(heads);
+  std::optional<db::ModelHead> newest;
+  for (const db::ModelHead& head : *heads) {
+    if (head.state == "released") newest = head;
+  }
+  return newest;
+}
+
+base::Result<std::string> not_released_text(const db::Catalog& catalog, const db::ModelHead& head) {
+  const auto released = newest_released(catalog, head.unit);
+  if (!released) return base::forward_error(released);
+  const std::string way =
+      head.state == "fitted"
+          ? fmt::format("verify it and release it ('soak verify', 'soak release --unit {}')", head.unit)
+      : head.state == "verified" ? fmt::format("release it ('soak release --unit {}')", head.unit)
+                                 : std::string("fit again");
+  return fmt::format(
+      "model {} of unit {} is {}, not released: {}{}, or export it with --unreleased, which marks the "
+      "file",
+      head.version, head.unit, head.state, way,
+      *released ? fmt::format(", take the released one (--model {})", (*released)->version) : "");
+}
+
+base::Result<ReleaseCase> judge_release(const db::Catalog& catalog, const db::ModelHead& head, double now_utc_s) {
+  const auto model = catalog.model(head.unit, head.version);
+  if (!model) return base::forward_error(model);
+  auto calibration = calib::calibration_of((*model)->document);
+  if (!calibration) return base::forward_error(calibration);
+  auto verification = last_verification(catalog, head);
+  if (!verification) return base::forward_error(verification);
+  ReleaseCase release{head, *std::move(calibration), *std::move(verification), {}, {}};
+  if (auto added = add_of_unit(catalog, release); !added) return base::forward_error(added);
+  if (auto what = not_passed(release)) release.obstacles.push_back(*std::move(what));
+  if (auto added = add_withdrawn(catalog, release); !added) return base::forward_error(added);
+  if (auto added = add_withdrawn_of_verification(catalog, release); !added) return base::forward_error(added);
+  add_expiry(release, now_utc_s);
+  return release;
+}
+
+}  // namespace soak::station
