@@ -250,6 +250,7 @@ std::vector<calib::Warning> unit_type_warnings(const std::string& name) {
 }
 
 std::filesystem::path default_unit_type_folder() {
+  if (const char* types = std::getenv(kUnitTypesVariable); types != nullptr && *types != '\0') return types;
   if (const char* procedures = std::getenv("SOAK_PROCEDURES"); procedures != nullptr && *procedures != '\0') {
     return std::filesystem::path(procedures) / "units";
   }

@@ -54,8 +54,12 @@ struct KnownLimits {
 /// Whether three of the labels "+X" ... "-Z" form a right-handed frame, in this order.
 [[nodiscard]] bool is_right_handed(const std::array<std::string, 3>& labels);
 
-/// $SOAK_PROCEDURES/units, else share/soak/procedures/units beside the bin/ that the program was installed in, else
-/// that of the checkout which it was built from; need not exist.
+/// Names the folder of unit types. `soakd` sets it to that of its configuration, for all that it does and for the
+/// programs that it starts.
+inline constexpr const char* kUnitTypesVariable = "SOAK_UNIT_TYPES";
+
+/// $SOAK_UNIT_TYPES, else $SOAK_PROCEDURES/units, else share/soak/procedures/units beside the bin/ that the program was
+/// installed in, else that of the checkout which it was built from; need not exist.
 [[nodiscard]] std::filesystem::path default_unit_type_folder();
 
 }  // namespace soak::station

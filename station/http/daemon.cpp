@@ -5,6 +5,8 @@
 #include <signal.h>
 
 #include <algorithm>
+#include <cstdlib>
+#include <filesystem>
 #include <iostream>
 #include <optional>
 #include <string_view>
@@ -123,6 +125,8 @@ base::Status run_daemon(const DaemonOptions& options) {
   auto config = find_station_config(options.config, options.data);
   if (!config) return base::forward_error(config);
   if (!options.listen.empty()) config->listen = options.listen;
+  // What the page shows, what judges a unit here and the programs that are started from here have the same types.
+  ::setenv(kUnitTypesVariable, std::filesystem::absolute(config->unit_types).c_str(), 1);
   ServiceManager manager;
   StopSignals signals;
   auto catalog = open_catalog(config->data.string());

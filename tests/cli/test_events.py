@@ -45,7 +45,7 @@ class Log(EventTest):
     def test_a_name_that_would_forge_a_line_of_the_log_is_refused(self):
         name = "eva\x1b[31m\n2 forged"
         for words in (("unit", "add", "SN2"), ("runs", "void", "r1", "--reason", "x"), ("gap", "accept", "--unit", "SN1")):
-            self.assertEqual(self.refusal(*words, "--user", name)["where"], "--user", words)
+            self.assertIn("--user", self.refusal(*words, "--user", name)["message"], words)
         self.refusal("unit", "add", "SN2", "--user", "  ")
 
     def test_each_event_has_its_full_date(self):

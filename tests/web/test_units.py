@@ -59,7 +59,8 @@ class UnitStation(Soakd):
         self.types = pathlib.Path(tempfile.mkdtemp(prefix="soak-types-"))
         (self.types / "units").mkdir()
         self.limits(LIMITS)
-        os.environ["SOAK_PROCEDURES"] = str(self.types)
+        # By its configuration: what the page asks for must be judged by the same limits as the page shows.
+        self.settings = f'[unit_types]\nfolder = "{self.types / "units"}"\n'
         super().__init__()
 
     def store_all(self):
