@@ -307,6 +307,8 @@ base::Status print_document(const Evaluation& asked, json points, Output& output
 
   return output.print_json({{"unit", asked.calibration.unit},
                             {"model", asked.calibration.model_version},
+                            {"simulated", asked.calibration.simulated},
+                            {"unreleased", asked.calibration.unreleased},
                             {"raw", asked.command.raw ? json(*asked.command.raw) : json()},
                             {"own_temps_c", by_sensor(asked.command.own_temps_c)},
                             {"points", std::move(points)},
@@ -329,7 +331,7 @@ base::Status EvalCommand::run(Output& output) {
   if (output.json()) return print_document(asked, std::move(points), output);
   for (const calib::Warning& warning : warnings_of(asked)) output.note("warning: " + warning.text);
   output.print(fmt::format("unit {}, model {}{}\n{}{}", loaded->calibration.unit, loaded->calibration.model_version,
-                           loaded->calibration.simulated ? " (SIMULATED)" : "", points_table(asked, points),
+                           marks_text(loaded->calibration), points_table(asked, points),
                            raw ? "\n" + corrected_table(points) : ""));
   return {};
 }

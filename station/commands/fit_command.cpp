@@ -333,14 +333,14 @@ base::Status FitCommand::fit_one(db::Catalog& catalog, Output& output) const {
   if (!row) return base::forward_error(row);
   const auto terms = accepted_terms(catalog, unit, *row ? (*row)->epoch : 0);
   if (!terms) return base::forward_error(terms);
-  const auto inputs_sha256 = fit_inputs_sha256(catalog, unit, campaign, *terms, {rules});
-  if (!inputs_sha256) return base::forward_error(inputs_sha256);
+  const auto inputs = fit_inputs_now(catalog, unit, campaign, *terms, {rules});
+  if (!inputs) return base::forward_error(inputs);
   std::vector<calib::Warning> warnings;
   auto input = load_unit(catalog, unit, campaign, warnings);
   if (!input) return base::forward_error(input);
   CheckWarnings check_warnings(catalog);
   const auto model =
-      fit_with_terms(catalog, *input, *terms, {rules}, jobs, check_warnings, std::move(warnings), *inputs_sha256);
+      fit_with_terms(catalog, *input, *terms, {rules}, jobs, check_warnings, std::move(warnings), *inputs);
   if (!model) return base::forward_error(model);
   nlohmann::json document = calib::fit_json(*model);
   std::string text = fit_text(*model);

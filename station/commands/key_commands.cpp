@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -12,6 +13,7 @@
 #include "base/hash.h"
 #include "station/commands/command.h"
 #include "station/commands/shared.h"
+#include "station/io/host.h"
 #include "station/io/text_file.h"
 #include "station/records/calibration_reader.h"
 #include "station/records/key_file.h"
@@ -168,20 +170,35 @@ base::Status KeySign::run(Output& output) {
   return {};
 }
 
+nlohmann::json manifest_document(const std::string& file, const CheckedManifest& checked) {
+  return {{"file", std::filesystem::absolute(file).string()},
+          {"files", checked.files},
+          {"created_utc", checked.created_utc},
+          {"expires", checked.expires ? nlohmann::json(*checked.expires) : nlohmann::json()},
+          {"expired", checked.expired},
+          {"key_id", id_text(checked.signer.key)},
+          {"key_file", std::filesystem::absolute(checked.signer.path).string()},
+          {"comment", checked.signer.comment}};
+}
+
+/// What has expired is told after the document: files and signature are good all the same.
 base::Status verify_manifest(const std::string& file, const std::vector<PublicKeyFile>& keys, Output& output) {
-  const auto checked = check_manifest(file, keys);
+  const auto checked = check_manifest(file, keys, now_utc_s());
   if (!checked) return base::forward_error(checked);
-  const PublicKeyFile& signer = checked->signer;
   if (output.json()) {
-    return output.print_json({{"file", std::filesystem::absolute(file).string()},
-                              {"files", checked->files},
-                              {"key_id", id_text(signer.key)},
-                              {"key_file", std::filesystem::absolute(signer.path).string()},
-                              {"comment", signer.comment}});
+    if (auto printed = output.print_json(manifest_document(file, *checked)); !printed) return printed;
+  } else {
+    output.print(fmt::format(
+        "{}: signature is good and all {} files are those that it lists; made {}, {}, signed with key {}{}\n", file,
+        checked->files, checked->created_utc,
+        checked->expires ? "good until " + *checked->expires : std::string("expires never"),
+        id_text(checked->signer.key), with_comment(checked->signer.comment)));
   }
-  output.print(fmt::format("{}: signature is good and all {} files are those that it lists; signed with key {}{}\n",
-                           file, checked->files, id_text(signer.key), with_comment(signer.comment)));
-  return {};
+  if (checked->expired.empty()) return {};
+  return base::fail(base::ErrorKind::limits,
+                    fmt::format("{} of {} units have expired: {}: calibrate them again", checked->expired.size(),
+                                checked->files, fmt::join(checked->expired, ", ")),
+                    file);
 }
 
 base::Status KeyVerify::run(Output& output) {
@@ -201,14 +218,14 @@ base::Status KeyVerify::run(Output& output) {
                               {"unit", loaded->calibration.unit},
                               {"model", loaded->calibration.model_version},
                               {"simulated", loaded->calibration.simulated},
+                              {"unreleased", loaded->calibration.unreleased},
                               {"key_id", id_text(signer->key)},
                               {"key_file", std::filesystem::absolute(signer->path).string()},
                               {"comment", signer->comment}});
   }
   output.print(fmt::format("{}: signature is good; unit {}, model {}{}, signed with key {}{}\n", file,
-                           loaded->calibration.unit, loaded->calibration.model_version,
-                           loaded->calibration.simulated ? " (SIMULATED)" : "", id_text(signer->key),
-                           with_comment(signer->comment)));
+                           loaded->calibration.unit, loaded->calibration.model_version, marks_text(loaded->calibration),
+                           id_text(signer->key), with_comment(signer->comment)));
   return {};
 }
 

@@ -35,7 +35,7 @@ struct ReleaseCommand final : CatalogCommand {
 
 /// What is written into the history of a model that is released.
 std::string release_reason(const ReleaseCase& release) {
-  const auto& [row, campaign, limits] = *release.verification;
+  const auto& [row, campaign, limits, runs] = *release.verification;
   return fmt::format(
       "verified {} against campaign {} with the limits of {}: {}; {}", base::utc_text(row.utc_s), campaign, limits,
       row.verdict, release.expires_utc_s ? "good until " + iso_date(*release.expires_utc_s) : "no reference is stated");
@@ -64,11 +64,18 @@ base::Result<std::vector<db::ModelHead>> newest_models(const db::Catalog& catalo
 /// Judges a model and releases it where it keeps the rule; one that is released stays as it is.
 base::Result<ReleaseCase> release_one(db::Catalog& catalog, const db::ModelHead& head, const std::string& user) {
   const double now = now_utc_s();
-  auto release = judge_release(catalog, head, now);
-  if (!release || !release->obstacles.empty() || head.state == "released") return release;
-  auto done = catalog.set_model_state({head.unit, head.version, "released", release_reason(*release), user, now});
+  base::Result<ReleaseCase> release;
+  // One transaction: what others enter meanwhile comes before the judgement or after the release.
+  const auto done = catalog.all_or_nothing([&]() -> base::Status {
+    const auto now_head = model_head(catalog, head.unit, head.version);
+    if (!now_head) return base::forward_error(now_head);
+    release = judge_release(catalog, *now_head, now);
+    if (!release) return base::forward_error(release);
+    if (!release->obstacles.empty() || now_head->state == "released") return {};
+    release->head.state = "released";
+    return catalog.set_model_state({head.unit, head.version, "released", release_reason(*release), user, now});
+  });
   if (!done) return base::forward_error(done);
-  release->head.state = "released";
   return release;
 }
 
@@ -81,15 +88,29 @@ nlohmann::json release_json(const ReleaseCase& release) {
           {"obstacles", release.obstacles}};
 }
 
+/// Of a model whose records cannot be read: that is in the way of this one and of no other.
+nlohmann::json damaged_json(const db::ModelHead& head, const base::Error& error) {
+  return {{"unit", head.unit},           {"model", head.version},
+          {"state", head.state},         {"simulated", nlohmann::json()},
+          {"expires", nlohmann::json()}, {"obstacles", nlohmann::json::array({error.message})}};
+}
+
 base::Status ReleaseCommand::run_with(db::Catalog& catalog, Output& output) {
   const std::string signer = user_name(user);
   if (auto line = check_text_line(signer, "--user"); !line) return line;
   const auto heads = newest_models(catalog, *this);
   if (!heads) return base::forward_error(heads);
   nlohmann::json documents = nlohmann::json::array();
+  std::vector<std::string> damaged;
   std::vector<std::vector<std::string>> table = {{"unit", "model", "state", "good until", ""}};
   for (const db::ModelHead& head : *heads) {
     const auto release = release_one(catalog, head, signer);
+    if (!release && all && release.error().kind == base::ErrorKind::corrupt) {
+      documents.push_back(damaged_json(head, release.error()));
+      table.push_back({head.unit, std::to_string(head.version), head.state, "-", release.error().message});
+      damaged.push_back(head.unit);
+      continue;
+    }
     if (!release) return base::forward_error(release);
     if (!all && !release->obstacles.empty()) {
       return base::bad_input(
@@ -102,9 +123,15 @@ base::Status ReleaseCommand::run_with(db::Catalog& catalog, Output& output) {
          release->expires_utc_s ? iso_date(*release->expires_utc_s) : "-",
          fmt::format("{}{}", release->calibration.simulated ? "SIMULATED " : "", fmt::join(release->obstacles, "; "))});
   }
-  if (output.json()) return output.print_json({{"units", std::move(documents)}});
-  output.print(text_table(table));
-  return {};
+  if (!output.json()) {
+    output.print(text_table(table));
+  } else if (auto printed = output.print_json({{"units", std::move(documents)}}); !printed) {
+    return printed;
+  }
+  if (damaged.empty()) return {};
+  return base::fail(base::ErrorKind::corrupt,
+                    fmt::format("records of {} of {} units are damaged, and these were not released: {}",
+                                damaged.size(), heads->size(), fmt::join(damaged, ", ")));
 }
 
 }  // namespace

@@ -29,15 +29,24 @@ nlohmann::json warnings_json(const std::vector<calib::Warning>& warnings) {
   return list;
 }
 
-void note_waivers(const std::vector<calib::ReferenceUse>& references, Output& output) {
+void note_waivers(const std::vector<calib::ReferenceUse>& references, Output& output, const std::string& about) {
   std::vector<std::string> texts;
   for (const auto& [reference, waiver, campaigns] : references) {
     if (!waiver) continue;
     texts.push_back(fmt::format("{}, due {}, by a waiver of {}: {}", describe(reference), iso_date(reference.due_utc_s),
                                 waiver->signer, waiver->reason));
   }
-  if (!texts.empty()) output.note(fmt::format("warning: measured with {}", fmt::join(texts, "; ")));
-  for (const calib::Warning& warning : waiver_warnings(references)) output.note("warning: " + warning.text);
+  if (!texts.empty()) output.note(fmt::format("{}warning: measured with {}", about, fmt::join(texts, "; ")));
+  for (const calib::Warning& warning : waiver_warnings(references)) {
+    output.note(fmt::format("{}warning: {}", about, warning.text));
+  }
+}
+
+std::string marks_text(const calib::Calibration& calibration) {
+  if (!calibration.simulated && !calibration.unreleased) return "";
+  const std::string_view between = calibration.simulated && calibration.unreleased ? ", " : "";
+  return fmt::format(" ({}{}{})", calibration.simulated ? "SIMULATED" : "", between,
+                     calibration.unreleased ? "NOT RELEASED" : "");
 }
 
 OptionReader name_reader(std::string& name) {

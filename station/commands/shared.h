@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "base/result.h"
+#include "calib/curve/calibration.h"
 #include "calib/vocabulary/reference.h"
 #include "calib/vocabulary/unit_type.h"
 #include "calib/vocabulary/warning.h"
@@ -20,8 +21,11 @@ namespace soak::station {
 [[nodiscard]] nlohmann::json warnings_json(const std::vector<calib::Warning>& warnings);
 
 /// One line on standard error for all references that were used by a waiver, and one for each waiver whose signature
-/// does not match; nothing where no waiver was used.
-void note_waivers(const std::vector<calib::ReferenceUse>& references, Output& output);
+/// does not match; nothing where no waiver was used. `about`: what each line begins with.
+void note_waivers(const std::vector<calib::ReferenceUse>& references, Output& output, const std::string& about = {});
+
+/// " (SIMULATED, NOT RELEASED)", or what of it holds for a file; empty for one of a released model of measured data.
+[[nodiscard]] std::string marks_text(const calib::Calibration& calibration);
 
 /// Reads the name of who does something, which goes into records that nobody can change: one plain line.
 [[nodiscard]] OptionReader name_reader(std::string& name);

@@ -73,17 +73,18 @@ base::Result<calib::Calibration> newest_of(const db::Catalog& catalog, const std
 /// Compares, stores and notes what must be told.
 base::Result<std::pair<Judgement, StoredJudgement>> judge(db::Catalog& catalog, const VerifyCommand& command,
                                                           const calib::Calibration& calibration, Output& output) {
+  const std::string of_unit = command.all ? calibration.unit + ": " : "";
   auto limits = limits_for(command, calibration);
   if (!limits) return base::forward_error(limits);
   auto judgement = verify_against(catalog, calibration, command.campaign, *std::move(limits));
   if (!judgement) return base::forward_error(judgement);
   auto stored = store_judgement(catalog, *judgement);
   if (!stored) return base::forward_error(stored);
-  note_waivers(calibration.references, output);
+  note_waivers(calibration.references, output, of_unit);
   if (!output.json()) {
     for (const calib::Warning& warning : judgement->verification.warnings) {
       // note_waivers() has told it.
-      if (warning.code != "waiver_signature") output.note("warning: " + warning.text);
+      if (warning.code != "waiver_signature") output.note(fmt::format("{}warning: {}", of_unit, warning.text));
     }
   }
   return std::pair(*std::move(judgement), *std::move(stored));
@@ -135,7 +136,7 @@ base::Status status_of_all(const std::vector<base::Error>& failures, const std::
   if (!failures.empty()) {
     std::string message = fmt::format("{} of {} units could not be verified:", failures.size(), units);
     for (const base::Error& error : failures) {
-      message += fmt::format("\n  {}{}{}", error.where, error.where.empty() ? "" : ": ", error.message);
+      message += fmt::format("\n  {}: {}", error.where, error.message);
     }
     return base::fail(failures.front().kind, std::move(message));
   }
@@ -159,7 +160,9 @@ base::Status verify_all(db::Catalog& catalog, const VerifyCommand& command, Outp
     const auto calibration = newest_of(catalog, (*units)[i]);
     const auto judged = calibration ? judge(catalog, command, *calibration, output) : base::forward_error(calibration);
     if (!judged) {
-      failures.push_back(judged.error());
+      base::Error error = judged.error();
+      error.where = error.where.empty() ? (*units)[i] : fmt::format("{}, {}", (*units)[i], error.where);
+      failures.push_back(std::move(error));
       continue;
     }
     const auto& [judgement, stored] = *judged;

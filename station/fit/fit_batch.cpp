@@ -117,7 +117,7 @@ class Batch {
   /// What a unit would be fitted to, and the newest model if that was made of the same.
   struct Inputs {
     std::vector<calib::ModelTerm> terms;
-    std::string sha256;
+    FitInputs seen;
     std::optional<calib::Calibration> newest;
   };
 
@@ -128,15 +128,15 @@ class Batch {
     auto terms = accepted_terms(catalog, serial, *unit ? (*unit)->epoch : 0);
     if (!terms) return base::forward_error(terms);
     inputs.terms = *std::move(terms);
-    auto digest = fit_inputs_sha256(catalog, serial, options_.campaign, inputs.terms, options_.fit);
+    auto digest = fit_inputs_now(catalog, serial, options_.campaign, inputs.terms, options_.fit);
     if (!digest) return base::forward_error(digest);
-    inputs.sha256 = *std::move(digest);
+    inputs.seen = *std::move(digest);
     const auto model = catalog.model(serial);
     if (!model) return base::forward_error(model);
     if (!*model) return inputs;
     const auto origin = catalog.model_origin(serial, (*model)->version);
     if (!origin) return base::forward_error(origin);
-    if (!*origin || (*origin)->inputs_sha256 != inputs.sha256) return inputs;
+    if (!*origin || (*origin)->inputs_sha256 != inputs.seen.sha256) return inputs;
     auto calibration = calib::calibration_of((*model)->document);
     if (!calibration) return base::forward_error(calibration);
     inputs.newest = *std::move(calibration);
@@ -154,7 +154,7 @@ class Batch {
     auto model = fitted_model(prepared, options_.fit, threads_per_unit_);
     if (!model) return base::forward_error(model);
     // Where one model cannot be stored no other can: the time of the rest is saved.
-    if (const auto stored = store_model(worker.catalog, *model, inputs.sha256); !stored) end_with(stored.error());
+    if (const auto stored = store_model(worker.catalog, *model, inputs.seen); !stored) end_with(stored.error());
     return Turn::done;
   }
 

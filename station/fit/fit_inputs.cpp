@@ -62,10 +62,11 @@ base::Result<json> run_json(const db::Catalog& catalog, const db::RunRow& run) {
 
 }  // namespace
 
-base::Result<std::string> fit_inputs_sha256(const db::Catalog& catalog, const std::string& unit,
-                                            const std::optional<std::string>& campaign,
-                                            const std::vector<calib::ModelTerm>& terms,
-                                            const calib::CurveFitOptions& options) {
+base::Result<FitInputs> fit_inputs_now(const db::Catalog& catalog, const std::string& unit,
+                                       const std::optional<std::string>& campaign,
+                                       const std::vector<calib::ModelTerm>& terms,
+                                       const calib::CurveFitOptions& options) {
+  const double seen_utc_s = now_utc_s();
   const auto row = catalog.unit(unit);
   if (!row) return base::forward_error(row);
   if (!*row) return base::bad_input(fmt::format("no unit '{}' in this data folder; 'soak unit list' shows them", unit));
@@ -84,16 +85,17 @@ base::Result<std::string> fit_inputs_sha256(const db::Catalog& catalog, const st
   }
   const auto references = references_of_campaigns(catalog, campaigns);
   if (!references) return base::forward_error(references);
-  return digest_of({{"software", software_version()},
-                    {"revision", kFitRevision},
-                    {"unit", unit},
-                    {"type", (*row)->type},
-                    {"type_file", *type},
-                    {"epoch", (*row)->epoch},
-                    {"runs", std::move(taken)},
-                    {"references", calib::stored_references(*references)},
-                    {"terms", calib::terms_json(terms)},
-                    {"rules", options.rules ? json(*options.rules) : json()}});
+  const std::string digest = digest_of({{"software", software_version()},
+                                        {"revision", kFitRevision},
+                                        {"unit", unit},
+                                        {"type", (*row)->type},
+                                        {"type_file", *type},
+                                        {"epoch", (*row)->epoch},
+                                        {"runs", std::move(taken)},
+                                        {"references", calib::stored_references(*references)},
+                                        {"terms", calib::terms_json(terms)},
+                                        {"rules", options.rules ? json(*options.rules) : json()}});
+  return FitInputs{digest, seen_utc_s};
 }
 
 }  // namespace soak::station

@@ -261,7 +261,6 @@ base::Result<calib::UnitModel> fitted_model(const PreparedFit& prepared, const c
     sensors[s] = **std::move(fits[s]);
   }
   calib::UnitModel model = calib::make_model(prepared.rows, std::move(sensors));
-  model.created_utc_s = now_utc_s();
   model.options = options;
   model.warnings.insert(model.warnings.end(), prepared.warnings.begin(), prepared.warnings.end());
   // Whether the model can be written does not depend on its number, which is known only inside the transaction.
@@ -269,9 +268,10 @@ base::Result<calib::UnitModel> fitted_model(const PreparedFit& prepared, const c
   return model;
 }
 
-base::Status store_model(db::Catalog& catalog, calib::UnitModel& model, const std::string& inputs_sha256) {
+base::Status store_model(db::Catalog& catalog, calib::UnitModel& model, const FitInputs& inputs) {
+  model.created_utc_s = inputs.seen_utc_s;
   std::optional<db::ModelOrigin> origin;
-  if (!inputs_sha256.empty()) origin = db::ModelOrigin{software_version(), inputs_sha256};
+  if (!inputs.sha256.empty()) origin = db::ModelOrigin{software_version(), inputs.sha256};
   const auto version = catalog.add_model(
       model.unit, model.epoch, model.created_utc_s,
       [&](std::int32_t number) {
@@ -288,7 +288,7 @@ base::Result<calib::UnitModel> fit_with_terms(db::Catalog& catalog, calib::UnitI
                                               const std::vector<calib::ModelTerm>& terms,
                                               const calib::CurveFitOptions& options, int jobs,
                                               CheckWarnings& check_warnings, std::vector<calib::Warning> warnings,
-                                              const std::string& inputs_sha256) {
+                                              const FitInputs& inputs) {
   auto prepared = prepare_fit(catalog, std::move(input), terms, check_warnings, std::move(warnings));
   if (!prepared) return base::forward_error(prepared);
   if (asks_fleet(prepared->rows)) {
@@ -299,7 +299,7 @@ base::Result<calib::UnitModel> fit_with_terms(db::Catalog& catalog, calib::UnitI
   }
   auto model = fitted_model(*prepared, options, jobs);
   if (!model) return model;
-  if (auto stored = store_model(catalog, *model, inputs_sha256); !stored) return base::forward_error(stored);
+  if (auto stored = store_model(catalog, *model, inputs); !stored) return base::forward_error(stored);
   input = std::move(prepared->input);
   return model;
 }
@@ -310,8 +310,8 @@ base::Result<calib::UnitModel> fit_again(db::Catalog& catalog, const db::ModelRo
   if (!options) return base::forward_error(options);
   auto known = run_hashes_of(parent);
   if (!known) return base::forward_error(known);
-  auto digest = fit_inputs_sha256(catalog, parent.unit, {}, terms, *options);
-  if (!digest) return base::forward_error(digest);
+  auto inputs = fit_inputs_now(catalog, parent.unit, {}, terms, *options);
+  if (!inputs) return base::forward_error(inputs);
   std::vector<calib::Warning> warnings;
   auto input = load_unit(catalog, parent.unit, {}, warnings);
   if (!input) return base::forward_error(input);
@@ -328,9 +328,9 @@ base::Result<calib::UnitModel> fit_again(db::Catalog& catalog, const db::ModelRo
                                         known->size(), parent.version, known->size() - input->runs.size())});
   }
   // A model of some of the runs is not the one that a fit of all would give.
-  if (input->runs.size() < all_runs) digest->clear();
+  if (input->runs.size() < all_runs) inputs->sha256.clear();
   CheckWarnings check_warnings(catalog);
-  return fit_with_terms(catalog, *input, terms, *options, 0, check_warnings, std::move(warnings), *digest);
+  return fit_with_terms(catalog, *input, terms, *options, 0, check_warnings, std::move(warnings), *inputs);
 }
 
 }  // namespace soak::station

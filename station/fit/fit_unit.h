@@ -12,6 +12,7 @@
 #include "calib/model/unit_model.h"
 #include "calib/vocabulary/warning.h"
 #include "db/catalog/catalog.h"
+#include "station/fit/fit_inputs.h"
 
 /// From the catalog to the stored model of a unit.
 namespace soak::station {
@@ -84,19 +85,19 @@ struct PreparedFit {
 [[nodiscard]] base::Result<calib::UnitModel> fitted_model(const PreparedFit& prepared,
                                                           const calib::CurveFitOptions& options, int jobs);
 
-/// Stores a model as the unit's next version, which it gets, with the digest of what it was made of (fit_inputs.h;
-/// empty: it is no fit of all runs, and none is stored).
-[[nodiscard]] base::Status store_model(db::Catalog& catalog, calib::UnitModel& model, const std::string& inputs_sha256);
+/// Stores a model as the unit's next version, which it gets, as of the time when `inputs` were seen (fit_inputs.h), and
+/// with their digest (empty: it is no fit of all runs, and none is stored).
+[[nodiscard]] base::Status store_model(db::Catalog& catalog, calib::UnitModel& model, const FitInputs& inputs);
 
 /// All three, one after the other: the new version carries `terms`. What sensors that were recorded one way lack comes
 /// from the other units of the type as they are now (fleet_hysteresis.h). `input` comes back as it was fitted.
-/// `inputs_sha256`: fit_inputs_sha256() before the unit was loaded; empty: this is no fit of all its runs.
+/// `inputs`: fit_inputs_now() before the unit was loaded; without digest where this is no fit of all its runs.
 [[nodiscard]] base::Result<calib::UnitModel> fit_with_terms(db::Catalog& catalog, calib::UnitInput& input,
                                                             const std::vector<calib::ModelTerm>& terms,
                                                             const calib::CurveFitOptions& options, int jobs,
                                                             CheckWarnings& check_warnings,
                                                             std::vector<calib::Warning> warnings,
-                                                            const std::string& inputs_sha256);
+                                                            const FitInputs& inputs);
 
 /// Fits a unit as `parent` was fitted, to the same runs with the same options, but freed of `terms`. What was voided
 /// since is left out, with the warning `runs_left_since`; refuses (bad_input) where nothing is left.

@@ -74,4 +74,11 @@ std::string plain_file_name(std::string_view text) {
   return name;
 }
 
+std::string lower_case(std::string text) {
+  for (char& c : text) {
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  }
+  return text;
+}
+
 }  // namespace soak::station

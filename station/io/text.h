@@ -30,4 +30,7 @@ inline constexpr std::size_t kLongestCarried = 255;
 /// A text as the name of a file: letters, digits and ".-_" only, neither a dot nor a dash first.
 [[nodiscard]] std::string plain_file_name(std::string_view text);
 
+/// The same with A to Z as a to z: names that differ in nothing else are one file on some systems.
+[[nodiscard]] std::string lower_case(std::string text);
+
 }  // namespace soak::station

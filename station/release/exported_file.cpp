@@ -2,6 +2,7 @@
 #include "station/release/exported_file.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -15,6 +16,7 @@
 #include "calib/deploy/signature.h"
 #include "calib/deploy/table_form.h"
 #include "calib/model/model_document.h"
+#include "station/io/host.h"
 #include "station/io/output.h"
 #include "station/records/calibration_reader.h"
 #include "station/records/key_file.h"
@@ -139,7 +141,8 @@ bool has_relative_accel(const std::string& document) {
   return false;
 }
 
-/// Refuses what the request does not accept: simulated data, a model that is not released; marks the latter.
+/// Refuses what the request does not accept: simulated data, a model that is not released or breaks the rule of release
+/// now; marks the latter.
 base::Status accept(const db::Catalog& catalog, const ExportRequest& request, calib::Calibration& calibration) {
   if (calibration.simulated && !request.simulated) {
     return base::bad_input(
@@ -148,8 +151,18 @@ base::Status accept(const db::Catalog& catalog, const ExportRequest& request, ca
   }
   const auto head = model_head(catalog, request.unit, calibration.model_version);
   if (!head) return base::forward_error(head);
-  calibration.unreleased = head->state != "released";
-  if (!calibration.unreleased || request.unreleased) return {};
+  if (head->state == "released") {
+    const auto release = judge_release(catalog, *head, now_utc_s());
+    if (!release) return base::forward_error(release);
+    calibration.unreleased = !release->obstacles.empty();
+    if (!calibration.unreleased || request.unreleased) return {};
+    return base::bad_input(
+        fmt::format("model {} of unit {} is released and does not keep the rule of release any more: {}; or export it "
+                    "with --unreleased, which marks the file",
+                    head->version, head->unit, fmt::join(release->obstacles, "; ")));
+  }
+  calibration.unreleased = true;
+  if (request.unreleased) return {};
   const auto text = not_released_text(catalog, *head);
   return text ? base::bad_input(*text) : base::forward_error(text);
 }

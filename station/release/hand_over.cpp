@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <map>
 #include <optional>
+#include <set>
+#include <string_view>
 #include <system_error>
 #include <utility>
 
@@ -24,6 +26,9 @@ namespace soak::station {
 namespace {
 
 using nlohmann::json;
+
+constexpr std::size_t kLongestName = 60;  // of a file's name; no system has less room
+constexpr std::size_t kNameDigits = 16;
 
 /// A file that is to be written, with its entry in the manifest.
 struct ReleasedFile {
@@ -67,12 +72,11 @@ std::pair<double, double> common_range_c(const calib::Calibration& calibration) 
 
 json entry_of(const ReleaseCase& release, const db::ModelStateRow& state, const ReleasedFile& file) {
   const auto [low_c, high_c] = common_range_c(release.calibration);
-  const auto& [row, campaign, limits] = *release.verification;
+  const auto& [row, campaign, limits, runs] = *release.verification;
   return {{"unit", release.head.unit},
           {"unit_type", release.calibration.unit_type},
           {"epoch", release.head.epoch},
           {"model", release.head.version},
-          {"file", file.name},
           {"bytes", file.content.size()},
           {"sha256", content_sha256(file.content)},
           {"simulated", release.calibration.simulated},
@@ -100,8 +104,7 @@ base::Result<ReleasedFile> released_file(const db::Catalog& catalog, const HandO
   if (!made) return base::forward_error(made);
   const auto state = release_of(catalog, release.head);
   if (!state) return base::forward_error(state);
-  ReleasedFile file{
-      plain_file_name(release.head.unit) + std::string(ending_of(request.format)), std::move(made->content), {}};
+  ReleasedFile file{{}, std::move(made->content), {}};
   file.entry = entry_of(release, *state, file);
   return file;
 }
@@ -124,6 +127,10 @@ base::Status collect(const db::Catalog& catalog, const HandOverRequest& request,
       continue;
     }
     const auto release = judge_release(catalog, head, now);
+    if (!release && release.error().kind == base::ErrorKind::corrupt) {
+      left_out.push_back({unit, head.version, {release.error().message}});
+      continue;
+    }
     if (!release) return base::forward_error(release);
     if (!release->obstacles.empty()) {
       left_out.push_back({unit, head.version, release->obstacles});
@@ -141,17 +148,26 @@ base::Status collect(const db::Catalog& catalog, const HandOverRequest& request,
   return {};
 }
 
-/// Serial numbers may differ in what no file name can have.
-base::Status check_names(const std::vector<ReleasedFile>& files) {
-  std::map<std::string, std::string> unit_of_name;
-  for (const ReleasedFile& file : files) {
-    const auto unit = file.entry["unit"].get<std::string>();
-    const auto [known, is_new] = unit_of_name.try_emplace(file.name, unit);
-    if (is_new) continue;
-    return base::bad_input(fmt::format("units '{}' and '{}' would have the same file {}: export one of them by itself",
-                                       known->second, unit, file.name));
+/// Serial numbers may differ in what no file name can have, or in case alone, may be too long for one, and one may be
+/// "manifest". Such files carry the beginning of the serial number's SHA-256, and all of it where even that is taken.
+void name_files(std::vector<ReleasedFile>& files, std::string_view ending) {
+  std::map<std::string, int> uses;
+  std::set<std::string> taken = {std::string(kManifestName), signature_path_of(kManifestName).string()};
+  const auto unit_of = [](const ReleasedFile& file) { return file.entry["unit"].get<std::string>(); };
+  const auto plain_stem = [](const std::string& unit) { return plain_file_name(unit.substr(0, kLongestName)); };
+  for (const ReleasedFile& file : files) ++uses[lower_case(plain_stem(unit_of(file)))];
+  for (ReleasedFile& file : files) {
+    const std::string unit = unit_of(file);
+    const std::string stem = plain_stem(unit);
+    const std::string digest = content_sha256(unit);
+    const bool is_enough = uses[lower_case(stem)] == 1 && unit.size() <= kLongestName;
+    for (const std::size_t digits : {std::size_t{0}, kNameDigits, digest.size()}) {
+      if (digits == 0 && !is_enough) continue;
+      file.name = fmt::format("{}{}{}{}", stem, digits == 0 ? "" : "-", digest.substr(0, digits), ending);
+      if (taken.insert(lower_case(file.name)).second) break;
+    }
+    file.entry["file"] = file.name;
   }
-  return {};
 }
 
 base::Error nothing_to_hand_over(const std::vector<LeftOut>& left_out) {
@@ -237,7 +253,7 @@ base::Result<HandOver> hand_over(db::Catalog& catalog, const HandOverRequest& re
   std::vector<ReleasedFile> files;
   if (auto done = collect(catalog, request, files, result.left_out); !done) return base::forward_error(done);
   if (files.empty()) return tl::unexpected<base::Error>(nothing_to_hand_over(result.left_out));
-  if (auto distinct = check_names(files); !distinct) return base::forward_error(distinct);
+  name_files(files, ending_of(request.format));
 
   result.manifest = {{"format", "soak-manifest-1"},
                      {"created_utc", base::utc_text(now_utc_s())},

@@ -39,6 +39,12 @@ base::Result<calib::UnitInput> load_fresh(const db::Catalog& catalog, Judgement&
   for (const db::RunRow& run : *runs) {
     // A pre-flight records units that have not settled.
     if (!run.sealed || run.voided || run.epoch != calibration.epoch || run.purpose == "diagnosis") continue;
+    if (run.simulated && !calibration.simulated) {
+      return base::bad_input(
+          fmt::format("model {} of unit {} was measured, and run {} of campaign '{}' is SIMULATED: verify it against "
+                      "measured runs, or void the simulated ones",
+                      calibration.model_version, calibration.unit, run.label, judgement.campaign));
+    }
     auto loaded = load_run(catalog, run, input->type);
     if (!loaded) return base::forward_error(loaded);
     input->runs.push_back(*std::move(loaded));
@@ -165,7 +171,7 @@ std::optional<std::string> next_state(const std::string& state, calib::Verdict v
 
 base::Result<Judgement> verify_against(const db::Catalog& catalog, calib::Calibration calibration,
                                        const std::string& campaign, KnownLimits limits) {
-  Judgement judgement{std::move(calibration), std::move(limits), campaign, {}, {}, {}, {}};
+  Judgement judgement{std::move(calibration), std::move(limits), campaign, {}, {}, {}, {}, now_utc_s()};
   std::vector<calib::Warning> warnings;
   auto fresh = load_fresh(catalog, judgement);
   if (!fresh) return base::forward_error(fresh);
@@ -249,23 +255,32 @@ base::Result<std::optional<db::ModelHead>> stored_model_of(const db::Catalog& ca
 }
 
 base::Result<StoredJudgement> store_judgement(db::Catalog& catalog, const Judgement& judgement) {
-  const auto head = stored_model_of(catalog, judgement.calibration);
-  if (!head) return base::forward_error(head);
-  if (!*head) return StoredJudgement{false, "", "the file is not the whole of a model of this data folder"};
-  if (catalog.read_only()) return StoredJudgement{false, (*head)->state, "the data folder can only be read"};
-  StoredJudgement stored{true, (*head)->state, ""};
+  const calib::Calibration& calibration = judgement.calibration;
+  StoredJudgement stored{false, "", "the file is not the whole of a model of this data folder"};
+  if (catalog.read_only()) {
+    const auto head = stored_model_of(catalog, calibration);
+    if (!head) return base::forward_error(head);
+    return *head ? StoredJudgement{false, (*head)->state, "the data folder can only be read"} : stored;
+  }
   const calib::Verdict said = judgement.verification.verdict;
   const std::string name(calib::name_of(said));
-  const db::VerificationRow row{
-      (*head)->unit, (*head)->version, now_utc_s(), user_name(), name, judgement_json(judgement).dump()};
+  const std::string user = user_name();
+  const std::string document = judgement_json(judgement).dump();
   const auto done = catalog.all_or_nothing([&]() -> base::Status {
-    if (auto added = catalog.add_verification(row); !added) return added;
-    const auto next = next_state(stored.state, said);
+    const auto head = stored_model_of(catalog, calibration);
+    if (!head) return base::forward_error(head);
+    if (!*head) return {};
+    const auto& [unit, version, epoch, created_utc_s, state] = **head;
+    stored = {true, state, ""};
+    if (auto added = catalog.add_verification({unit, version, judgement.read_utc_s, user, name, document}); !added) {
+      return added;
+    }
+    const auto next = next_state(state, said);
     if (!next) return {};
     stored.state = *next;
-    return catalog.set_model_state({row.unit, row.model_version, *next,
-                                    fmt::format("verification against campaign {}: {}", judgement.campaign, name),
-                                    row.user, row.utc_s});
+    return catalog.set_model_state({unit, version, *next,
+                                    fmt::format("verification against campaign {}: {}", judgement.campaign, name), user,
+                                    now_utc_s()});
   });
   if (!done) return base::forward_error(done);
   return stored;

@@ -25,11 +25,13 @@ struct Judgement {
   std::vector<calib::ModelTerm> terms;          ///< effects that were taken off the readings, as a device does
   std::vector<db::RunRow> runs;                 ///< the fresh ones
   std::vector<calib::ReferenceUse> references;  ///< that the fresh runs were measured with
+  double read_utc_s = 0.0;                      ///< just before the fresh runs were read
 };
 
 /// Compares a calibration, as it is read from a file, with the runs of its unit in a campaign that count: sealed, not
-/// voided, of its epoch, not for diagnosis. Refuses (bad_input) an unknown campaign, one without such runs, and what
-/// calib::verify() refuses; fails (corrupt) where stored data are damaged.
+/// voided, of its epoch, not for diagnosis. Refuses (bad_input) an unknown campaign, one without such runs, simulated
+/// runs for a calibration of measured data, and what calib::verify() refuses; fails (corrupt) where stored data are
+/// damaged.
 [[nodiscard]] base::Result<Judgement> verify_against(const db::Catalog& catalog, calib::Calibration calibration,
                                                      const std::string& campaign, KnownLimits limits);
 
@@ -52,7 +54,8 @@ struct StoredJudgement {
   std::string why;    ///< it was not stored; empty where it was
 };
 
-/// Stores the judgement of a model of the catalog, all or nothing. By a pass a fitted model becomes verified; by
+/// Stores the judgement of a model of the catalog as of the time when its runs were read, all or nothing; the state is
+/// that of this moment, whatever others stored meanwhile. By a pass a fitted model becomes verified; by
 /// anything else a verified one becomes fitted again. A released one stays released: to withdraw it is for people to
 /// decide.
 [[nodiscard]] base::Result<StoredJudgement> store_judgement(db::Catalog& catalog, const Judgement& judgement);

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -25,16 +26,20 @@ inline constexpr std::string_view kManifestName = "manifest.json";
 /// A manifest whose signature is good and whose files are those that it lists.
 struct CheckedManifest {
   std::size_t files = 0;
+  std::string created_utc;             ///< as it stands there
+  std::optional<std::string> expires;  ///< day on which the first of its units expires; none: none does
+  std::vector<std::string> expired;    ///< serial numbers of units past that day
   PublicKeyFile signer;
 };
 
 /// Whether a file is meant as a manifest, by its name.
 [[nodiscard]] bool is_manifest(const std::filesystem::path& file);
 
-/// Checks the signature by one of the keys, then every file that the manifest lists against its hash. Fails (corrupt)
-/// where the signature is missing or not by one of the keys, and where a file is missing or another one; (bad_input)
-/// where there is no such manifest.
+/// Checks the signature by one of the keys, then every file that the manifest lists against its hash, and that no other
+/// calibration file, by the ending of its name, lies beside it. Fails (corrupt) where the signature is missing or not
+/// by one of the keys, where a file is missing, another one or not listed, and where a signed list is malformed;
+/// (bad_input) where there is no such manifest, or one of another format. `now_utc_s`: what has expired.
 [[nodiscard]] base::Result<CheckedManifest> check_manifest(const std::filesystem::path& file,
-                                                           const std::vector<PublicKeyFile>& keys);
+                                                           const std::vector<PublicKeyFile>& keys, double now_utc_s);
 
 }  // namespace soak::station

@@ -2,6 +2,7 @@
 #include "station/release/release_rule.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
@@ -11,25 +12,40 @@
 #include "station/io/data_folder.h"
 #include "station/io/text.h"
 #include "station/records/calibration_reader.h"
+#include "station/release/fitted_runs.h"
 #include "station/report/unit_overview.h"
 
 namespace soak::station {
 namespace {
 
+/// What a record says, each member of its type; nothing for one that is damaged.
+std::optional<LastVerification> read_record(db::VerificationRow row) {
+  const auto document = nlohmann::json::parse(row.document, nullptr, false);
+  if (!document.is_object()) return std::nullopt;
+  const nlohmann::json campaign = document.value("campaign", nlohmann::json());
+  const nlohmann::json limits = document.value("limits", nlohmann::json());
+  const nlohmann::json runs = document.value("runs", nlohmann::json());
+  if (!campaign.is_string() || !(limits.is_string() || limits.is_null()) || !runs.is_array()) return std::nullopt;
+  LastVerification last{
+      std::move(row), campaign.get<std::string>(), limits.is_string() ? limits.get<std::string>() : "", {}};
+  for (const auto& run : runs) {
+    if (!run.is_object() || !run.contains("run_id") || !run["run_id"].is_string()) return std::nullopt;
+    last.runs.push_back(run["run_id"]);
+  }
+  return last;
+}
+
 base::Result<std::optional<LastVerification>> last_verification(const db::Catalog& catalog, const db::ModelHead& head) {
   auto rows = catalog.verifications(head.unit, head.version);
   if (!rows) return base::forward_error(rows);
   if (rows->empty()) return std::optional<LastVerification>();
-  LastVerification last{std::move(rows->back()), {}, {}};
-  const auto document = nlohmann::json::parse(last.row.document, nullptr, false);
-  if (!document.is_object()) {
+  auto last = read_record(std::move(rows->back()));
+  if (!last) {
     return base::corrupt(fmt::format("the last verification of model {} of unit {} is damaged: verify it again",
                                      head.version, head.unit),
                          catalog.data_folder().string());
   }
-  last.campaign = document.value("campaign", "");
-  if (document["limits"].is_string()) last.limits = document["limits"];
-  return std::optional(std::move(last));
+  return last;
 }
 
 /// Whether it passed.
@@ -38,7 +54,7 @@ std::optional<std::string> not_passed(const ReleaseCase& release) {
   if (!release.verification) {
     return fmt::format("it was never verified: 'soak verify --unit {} --campaign NAME'", head.unit);
   }
-  const auto& [row, campaign, limits] = *release.verification;
+  const auto& [row, campaign, limits, runs] = *release.verification;
   if (row.verdict == "pass") return std::nullopt;
   const std::string remedy = row.verdict == "info" ? "set limits for every sensor and verify it again"
                                                    : "fit again, or verify it against other fresh runs";
@@ -46,21 +62,43 @@ std::optional<std::string> not_passed(const ReleaseCase& release) {
                      remedy);
 }
 
-/// What was withdrawn of the data of the model, in the words of its warnings.
+/// What was withdrawn of the data of the model, in the words of its warnings, and what was not used.
 base::Status add_withdrawn(const db::Catalog& catalog, ReleaseCase& release) {
   auto withdrawn = withdrawn_since(catalog, release.calibration);
   if (!withdrawn) return base::forward_error(withdrawn);
   for (const calib::Warning& warning : *withdrawn) release.obstacles.push_back(warning.text + ": fit again");
+  const auto runs = compare_fitted_runs(catalog, release.calibration);
+  if (!runs) return base::forward_error(runs);
+  const bool is_told =
+      std::ranges::any_of(*withdrawn, [](const auto& warning) { return warning.code == "voided_since"; });
+  if (runs->gone > 0 && !is_told) {
+    release.obstacles.push_back(fmt::format(
+        "{} of the runs that it was fitted to are withdrawn or not in this data folder: fit again", runs->gone));
+  }
+  if (!runs->left_out.empty()) {
+    release.obstacles.push_back(fmt::format("runs for calibration are not in it: {}: fit again with all, or void them",
+                                            fmt::join(runs->left_out, ", ")));
+  }
   return {};
 }
 
-/// What was withdrawn of the data of its verification.
+/// What was withdrawn of the data of its verification, and what never counted for it.
 base::Status add_withdrawn_of_verification(const db::Catalog& catalog, ReleaseCase& release) {
   if (!release.verification) return {};
   const std::string& campaign = release.verification->campaign;
-  const auto voided = withdrawn_since_start(catalog, release.head.unit, campaign, release.verification->row.utc_s);
-  if (!voided) return base::forward_error(voided);
-  if (*voided) {
+  const auto runs = catalog.runs({.unit = release.head.unit, .campaign = campaign, .run = {}});
+  if (!runs) return base::forward_error(runs);
+  const auto judged_by = [&](const db::RunRow& run) {
+    return std::ranges::find(release.verification->runs, run.run_id) != release.verification->runs.end();
+  };
+  if (!release.calibration.simulated &&
+      std::ranges::any_of(*runs, [&](const db::RunRow& run) { return run.simulated && judged_by(run); })) {
+    release.obstacles.push_back(fmt::format(
+        "it was measured, and runs of campaign '{}' are SIMULATED: verify it against measured runs", campaign));
+  }
+  const auto since = withdrawn_since_start(catalog, release.head.unit, campaign, release.verification->row.utc_s);
+  if (!since) return base::forward_error(since);
+  if (*since || std::ranges::any_of(*runs, [&](const db::RunRow& run) { return run.voided && judged_by(run); })) {
     release.obstacles.push_back(fmt::format(
         "runs of campaign '{}' were withdrawn after it was verified against them: verify it again", campaign));
   }
@@ -89,7 +127,7 @@ void add_expiry(ReleaseCase& release, double now_utc_s) {
                                           describe(*first), iso_date(first->due_utc_s)));
 }
 
-/// What its state, its epoch and later runs say.
+/// What its state and its epoch say.
 base::Status add_of_unit(const db::Catalog& catalog, ReleaseCase& release) {
   const db::ModelHead& head = release.head;
   if (head.state == "withdrawn") release.obstacles.emplace_back("it is withdrawn: fit again");
@@ -98,11 +136,6 @@ base::Status add_of_unit(const db::Catalog& catalog, ReleaseCase& release) {
   if (unit->epoch != head.epoch) {
     release.obstacles.push_back(
         fmt::format("it belongs to epoch {}, the unit is in epoch {}: fit again", head.epoch, unit->epoch));
-  }
-  const auto later = recorded_since(catalog, head.unit, head.created_utc_s, true);
-  if (!later) return base::forward_error(later);
-  if (*later) {
-    release.obstacles.emplace_back("runs for calibration were entered after it was fitted: fit again, or void them");
   }
   return {};
 }

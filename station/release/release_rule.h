@@ -33,8 +33,9 @@ namespace soak::station {
 /// The last verification of a model.
 struct LastVerification {
   db::VerificationRow row;
-  std::string campaign;  ///< of the fresh runs
-  std::string limits;    ///< where they stand; empty = there were none
+  std::string campaign;           ///< of the fresh runs
+  std::string limits;             ///< where they stand; empty = there were none
+  std::vector<std::string> runs;  ///< run ids of the fresh runs
 };
 
 /// What speaks for and against handing a model over.
@@ -46,10 +47,11 @@ struct ReleaseCase {
   std::vector<std::string> obstacles;   ///< each what is wrong and what would be right; none: the rule is kept
 };
 
-/// Judges a model by the rule of release at a time. **Passed**: its last verification says pass. **Fresh**: it is of
-/// the unit's epoch; no run for calibration was entered since it was fitted; nothing of its runs, of the runs of that
-/// verification and of the references of both was withdrawn since; no reference of it has come due. A model that is
-/// withdrawn never keeps it. Fails (corrupt) where stored data are damaged.
+/// Judges a model by the rule of release at a time. **Passed**: its last verification says pass, against measured runs
+/// where the model is of measured data. **Fresh**: it is of the unit's epoch; its runs are those that a fit of all
+/// would take now (fitted_runs.h); nothing of its runs, of the runs of that verification and of the references of both
+/// was withdrawn since; no reference that its runs were measured with has come due, but for those by a waiver. A model
+/// that is withdrawn never keeps it. Fails (corrupt) where stored data are damaged.
 [[nodiscard]] base::Result<ReleaseCase> judge_release(const db::Catalog& catalog, const db::ModelHead& head,
                                                       double now_utc_s);
 

@@ -1,13 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """From a verdict to the folder that is handed over: what `soak verify` stores, which models `soak release` lets go, how what is not
 released is marked, and what the signed manifest promises."""
+import contextlib
 import hashlib
 import json
+import os
+import subprocess
+import time
 import unittest
 
 import ed25519
 import test_fit
 from blob_reader import Calibration
+from run_digest import open_catalog
 from soak_cli import check_schema, limit_file_size, recording
 from test_fit import SERIAL, FittedTest, fitted_folder
 
@@ -33,6 +38,15 @@ class ReleaseTest(FittedTest):
 
     def shown(self, *arguments):
         return self.soak_json("model-show", "model", "show", "--unit", SERIAL, *arguments)
+
+    def enter(self, statement, *values):
+        """Writes into the catalog what the commands would not."""
+        with contextlib.closing(open_catalog(self.data / "station.db")) as catalog, catalog:
+            catalog.execute(statement, values)
+
+    def enter_record(self, unit, document):
+        """A later verification of model 1 that passed."""
+        self.enter("INSERT INTO verification VALUES (?, ?, 1, ?, 'ann', 'pass', ?)", f"f{time.monotonic_ns():020d}", unit, time.time(), document)
 
     def export(self, name, form="blob", *arguments):
         path = self.folder / name
@@ -107,6 +121,31 @@ class Marks(ReleaseTest):
         self.assertIn("--model 1", error["message"])
         self.assertFalse(Calibration.load(self.export("old.soakcal", "blob", "--model", 1).read_bytes()).unreleased)
 
+    def test_who_looks_at_a_file_is_told_that_it_is_not_released(self):
+        self.soak("key", "new", "-o", self.folder / "lab.key")
+        for is_released in (False, True):
+            if is_released:
+                self.released()
+            more = () if is_released else ("--unreleased",)
+            file = self.export("u.soakcal", "blob", "--sign", self.folder / "lab.key", *more)
+            for schema, arguments in (("key-verify", ("key", "verify", file, "--key", self.folder / "lab.key.pub")),
+                                      ("eval", ("eval", file, "--temp-c", 25))):
+                document = json.loads(subprocess.run([os.environ["SOAK_BIN"], *map(str, arguments), "--json"], capture_output=True, text=True,
+                                                     check=True).stdout)
+                check_schema(document, schema)
+                self.assertEqual((document["simulated"], document["unreleased"]), (True, not is_released))
+                printed = subprocess.run([os.environ["SOAK_BIN"], *map(str, arguments)], capture_output=True, text=True, check=True).stdout
+                self.assertIn("(SIMULATED)" if is_released else "(SIMULATED, NOT RELEASED)", printed)
+
+    def test_a_released_model_that_breaks_the_rule_now_is_refused_or_marked(self):
+        self.released()
+        run = self.soak_json("runs-list", "runs", "list", "--campaign", "campaign")["runs"][0]
+        self.soak("runs", "void", run["run_id"], "--unit", SERIAL, "--reason", "door")
+        error = self.refusal("export", "--unit", SERIAL, "--format", "blob", "--simulated", "-o", self.folder / "x")
+        for part in ("does not keep the rule", "withdrawn, whole or in part", "--unreleased"):
+            self.assertIn(part, error["message"])
+        self.assertTrue(Calibration.load(self.export("marked.soakcal", "blob", "--unreleased").read_bytes()).unreleased)
+
 
 class Rule(ReleaseTest):
     def refused(self, *parts):
@@ -141,7 +180,34 @@ class Rule(ReleaseTest):
         self.soak("runs", "void", used["run_id"], "--unit", SERIAL, "--visit", 0, "--reason", "door")
         self.refused("withdrawn, whole or in part, after the model was fitted", "fit again")
         self.soak("import", self.write("more.csv", recording(run="later")), "--unit", SERIAL, "--campaign", "more", "--simulated")
-        self.refused("entered after it was fitted")
+        self.refused("not in it: later", "fit again with all")
+
+    def test_runs_count_by_what_they_are_and_not_by_the_times_of_their_records(self):
+        self.verify()
+        used = self.soak_json("runs-list", "runs", "list", "--campaign", "campaign")["runs"][0]
+        self.enter("INSERT INTO void VALUES ('0', ?, ?, NULL, NULL, NULL, 'door', 'ann', 1.0)", used["run_id"], SERIAL)
+        self.refused("1 of the runs that it was fitted to are withdrawn", "fit again")
+
+    def test_a_new_version_of_some_of_the_runs_is_not_fresh(self):
+        self.soak("import", self.write("more.csv", recording(run="later")), "--unit", SERIAL, "--campaign", "more", "--simulated")
+        self.soak("fit", "--unit", SERIAL, "--campaign", "campaign")
+        self.verify()
+        self.refused("not in it: later", "fit again with all")
+        run = self.soak_json("runs-list", "runs", "list", "--campaign", "more")["runs"][0]
+        self.soak("runs", "void", run["run_id"], "--unit", SERIAL, "--reason", "not wanted")
+        self.soak("release", "--unit", SERIAL)
+
+    def test_a_copy_of_a_run_that_is_in_the_model_is_not_in_the_way(self):
+        self.verify()
+        copy = fitted_folder() / "lab" / "campaign" / f"{SERIAL}.csv"
+        self.soak("import", copy, "--unit", SERIAL, "--campaign", "again", "--simulated", "--gravity-mps2", "9.80665")
+        self.soak("release", "--unit", SERIAL)
+
+    def test_a_damaged_record_is_told_and_no_crash(self):
+        self.verify()
+        for damaged in ('{"campaign": 5}', '{"campaign": "c", "limits": 7, "runs": []}', '{"campaign": "c", "limits": null, "runs": [3]}', "[]"):
+            self.enter_record(SERIAL, damaged)
+            self.assertIn("verify it again", self.refusal("release", "--unit", SERIAL, status=4)["message"])
 
     def test_a_repaired_unit_needs_a_new_model(self):
         self.verify()
@@ -174,6 +240,42 @@ class Rule(ReleaseTest):
         self.refusal("model", "retire", "--unit", SERIAL, "--model", 1, "--reason", "again")
         states = [one["state"] for one in self.soak_json("model-list", "model", "list")["models"]]
         self.assertEqual(states, ["withdrawn"])
+
+
+class MeasuredModels(ReleaseTest):
+    """A unit whose data are not marked as simulated."""
+
+    def setUp(self):
+        super().setUp()
+        self.take("campaign", "import", "campaign")
+        self.soak("fit", "--unit", "REAL")
+
+    def take(self, lab, procedure, campaign, *more):
+        self.soak("import", fitted_folder() / "lab" / lab / f"{SERIAL}.csv", "--unit", "REAL", "--campaign", campaign, "--procedure",
+                  procedure, "--gravity-mps2", "9.80665", *more)
+
+    def runs(self, campaign):
+        return [run["run_id"] for run in self.soak_json("runs-list", "runs", "list", "--campaign", campaign)["runs"]]
+
+    def test_simulated_runs_do_not_judge_them(self):
+        self.take("verification", "verification", "made", "--simulated")
+        error = self.refusal("verify", "--unit", "REAL", "--campaign", "made", "--limits", self.write("l", WIDE))
+        for part in ("SIMULATED", "campaign 'made'", "measured"):
+            self.assertIn(part, error["message"])
+        self.assertEqual(self.soak_json("model-show", "model", "show", "--unit", "REAL")["verifications"], [])
+
+    def test_a_record_that_rests_on_simulated_runs_is_in_the_way_of_release_and_hand_over(self):
+        self.take("verification", "verification", "real")
+        self.soak("verify", "--unit", "REAL", "--campaign", "real", "--limits", self.write("l", WIDE))
+        self.soak("release", "--unit", "REAL")
+        self.take("verification", "verification", "made", "--simulated")
+        document = self.soak_json("model-show", "model", "show", "--unit", "REAL")["verifications"][0]["document"]
+        document["campaign"], document["runs"][0]["run_id"] = "made", self.runs("made")[0]
+        self.enter_record("REAL", json.dumps(document))
+        self.assertIn("SIMULATED", self.refusal("release", "--unit", "REAL")["message"])
+        self.soak("key", "new", "-o", self.folder / "lab.key")
+        error = self.refusal("export", "--all", "--released", "--out", self.folder / "out", "--sign", self.folder / "lab.key")
+        self.assertIn("'made' are SIMULATED", error["message"])
 
 
 class HandOver(ReleaseTest):
@@ -249,6 +351,89 @@ class HandOver(ReleaseTest):
         self.assertEqual((self.out / "old.soakcal").read_bytes(), b"old")
         self.refusal("export", "--unit", SERIAL, "--format", "blob", "--released", "-o", self.folder / "x")
         self.assertEqual(self.refusal(*self.arguments("-o", self.folder / "x"))["where"], "--output")
+
+    def test_no_other_calibration_file_lies_beside_the_manifest(self):
+        self.released()
+        self.soak(*self.arguments())
+        (self.out / "README").write_text("from the laboratory", encoding="utf-8")
+        self.check()
+        (self.out / "other.SOAKCAL").write_bytes(b"other")
+        self.assertIn("other.SOAKCAL: lies beside the manifest", self.check(status=4).stderr)
+
+    def signed(self, manifest):
+        """Puts another manifest into the folder, signed with the laboratory's key."""
+        seed = bytes.fromhex((self.folder / "lab.key").read_text(encoding="utf-8").splitlines()[1])
+        content = json.dumps(manifest).encode()
+        prefix = b"soak-manifest-signature-1\n"
+        (self.out / "manifest.json").write_bytes(content)
+        (self.out / "manifest.json.sig").write_bytes(prefix + ed25519.sign(seed, prefix + content).hex().encode() + b"\n")
+
+    def test_what_has_expired_is_told_by_unit(self):
+        self.released()
+        manifest = self.soak_json("export-all", *self.arguments())["manifest"]
+        arguments = ("key", "verify", self.out / "manifest.json", "--key", self.folder / "lab.key.pub")
+        good = self.soak_json("key-verify", *arguments)
+        self.assertEqual((good["created_utc"], good["expires"], good["expired"]), (manifest["created_utc"], None, []))
+        for expires, status, expired in (("2098-05-01", 0, []), ("2021-05-01", 5, [SERIAL])):
+            manifest["units"][0]["expires"] = expires
+            self.signed(manifest)
+            document = self.soak_json("key-verify", *arguments, status=status)
+            self.assertEqual((document["expires"], document["expired"]), (expires, expired))
+        done = self.check(status=5)
+        self.assertIn(f"made {manifest['created_utc']}, good until 2021-05-01", done.stdout)
+        self.assertIn(f"1 of 1 units have expired: {SERIAL}", done.stderr)
+
+    def test_a_malformed_manifest_that_is_signed_is_refused(self):
+        self.released()
+        manifest = self.soak_json("export-all", *self.arguments())["manifest"]
+        unit, = manifest["units"]
+        outside = self.folder / "outside.soakcal"
+        (self.out / unit["file"]).replace(outside)
+        (self.out / unit["file"]).write_bytes(outside.read_bytes())
+        wrong = [{"file": 5}, {"file": "../outside.soakcal"}, {"file": str(outside)}, {"file": ".."}, {"sha256": None}, {"unit": []},
+                 {"expires": 5}, {"expires": "soon"}]
+        for units in ("all", {}, [5], *([unit | members] for members in wrong), [unit, unit]):
+            self.signed(manifest | {"units": units})
+            self.assertIn("malformed", self.check(status=4).stderr, units)
+        self.signed(manifest | {"created_utc": 7})
+        self.check(status=4)
+        for no_manifest in (5, [manifest], manifest | {"format": 1}, {}):
+            self.signed(no_manifest)
+            self.check(status=2)
+        self.signed(manifest)
+        self.check()
+
+    def test_serial_numbers_that_would_have_one_file_name_have_two(self):
+        serials = ["sn/1", "SN:1", "manifest", "L" * 90]
+        for serial in serials:
+            for lab, procedure in (("campaign", "import"), ("verification", "verification")):
+                self.soak("import", fitted_folder() / "lab" / lab / f"{SERIAL}.csv", "--unit", serial, "--campaign", lab, "--procedure",
+                          procedure, "--simulated", "--gravity-mps2", "9.80665")
+        self.soak("fit", "--all")
+        self.soak("verify", "--all", "--campaign", "verification", "--limits", self.write("l", WIDE))
+        self.soak("release", "--all")
+        units = self.soak_json("export-all", *self.arguments("--format", "json"))["manifest"]["units"]
+        names = {unit["unit"]: unit["file"] for unit in units}
+        digest = {serial: hashlib.sha256(serial.encode()).hexdigest()[:16] for serial in serials}
+        self.assertEqual(names, {SERIAL: f"{SERIAL}.json", "sn/1": f"sn_1-{digest['sn/1']}.json", "SN:1": f"SN_1-{digest['SN:1']}.json",
+                                 "manifest": f"manifest-{digest['manifest']}.json", "L" * 90: f"{'L' * 60}-{digest['L' * 90]}.json"})
+        self.check()
+
+    def test_a_damaged_record_of_one_unit_is_in_the_way_of_no_other(self):
+        for lab, procedure in (("campaign", "import"), ("verification", "verification")):
+            self.soak("import", fitted_folder() / "lab" / lab / f"{SERIAL}.csv", "--unit", "SN1", "--campaign", lab, "--procedure",
+                      procedure, "--simulated", "--gravity-mps2", "9.80665")
+        self.soak("fit", "--unit", "SN1")
+        self.soak("verify", "--all", "--campaign", "verification", "--limits", self.write("l", WIDE))
+        self.enter_record("SN1", "no document")
+        done = self.soak("release", "--all", "--json", status=4)
+        document = json.loads(done.stdout)
+        check_schema(document, "release")
+        self.assertEqual([(one["unit"], one["state"]) for one in document["units"]], [(SERIAL, "released"), ("SN1", "verified")])
+        self.assertIn("damaged", document["units"][1]["obstacles"][0])
+        self.assertIn("1 of 2 units are damaged, and these were not released: SN1", done.stderr)
+        left_out = self.soak_json("export-all", *self.arguments())["left_out"]
+        self.assertEqual([one["unit"] for one in left_out], ["SN1"])
 
     def test_a_full_disk_leaves_nothing_behind(self):
         self.released()

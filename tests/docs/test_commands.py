@@ -205,7 +205,7 @@ class Deployment(Page):
             self.unit(serial)
             self.released(serial)
         self.write("still.csv", self.still())
-        self.run_line("soak import still.csv --unit SN0042 --gravity-mps2 9.80665")
+        self.run_line("soak import still.csv --unit SN0042 --campaign rest --procedure verification --gravity-mps2 9.80665")
         axes = "\n".join(f"{i * 10000},0,25.{i % 10},{i % 3 * 0.001},{i % 5 * 0.001},{9.8 + i % 7 * 0.001}" for i in range(1, 400))
         for sensor in ("accel", "gyro"):
             self.write(f"LOG_sensor_{sensor}_0.csv", "timestamp_sample,device_id,temperature,x,y,z\n" + axes + "\n")
@@ -237,7 +237,7 @@ class Guide(Page):
             if not (self.folder / "SN0042-R01.csv").exists():
                 self.unit("SN0042")
                 self.released("SN0042")
-                self.run_line("soak import still.csv --unit SN0042 --gravity-mps2 9.80665")
+                self.run_line("soak import still.csv --unit SN0042 --campaign rest --procedure verification --gravity-mps2 9.80665")
         self.replaced += [("--unit SN0042$", "--unit LOGGED")]
         self.carry_out("docs/guide.md", extra={"--device-id": own_unit})
         kept = sorted(path.name for path in (self.folder / "data" / "runs").glob("*.soakrun"))
@@ -354,7 +354,7 @@ class ReportPage(Page):
 class Signal(Page):
     def test_signal(self):
         self.write("still.csv", self.still(rate_hz=200, seconds=120))
-        self.run_line("soak import still.csv --unit SN0042 --gravity-mps2 9.80665")
+        self.run_line("soak import still.csv --unit SN0042 --campaign rest --procedure verification --gravity-mps2 9.80665")
         self.replaced += [("--run R01", "--run still")]
         self.carry_out("docs/signal.md")
 

@@ -37,8 +37,8 @@ class ReleaseRuleTest : public ::testing::Test {
         {"references", calib::stored_references({waived, {reference("probe 2", "2098-03-01"), {}, {}}})}};
     const nlohmann::json document = {{"format", "soak-model"}, {"format_version", 1}, {"calibration", calibration}};
     ASSERT_TRUE(catalog_.add_model("SN1", 0, day("2026-06-01"), [&](std::int32_t) { return document.dump(); }));
-    ASSERT_TRUE(catalog_.add_verification(
-        {"SN1", 1, day("2026-06-02"), "ann", "pass", R"({"campaign": "check", "limits": "unit type generic"})"}));
+    ASSERT_TRUE(catalog_.add_verification({"SN1", 1, day("2026-06-02"), "ann", "pass",
+                                           R"({"campaign": "check", "limits": "unit type generic", "runs": []})"}));
     ASSERT_TRUE(catalog_.set_model_state({"SN1", 1, "verified", "passed", "ann", day("2026-06-02")}));
   }
 
@@ -75,8 +75,8 @@ TEST_F(ReleaseRuleTest, AModelIsGoodUntilItsFirstReferenceWithoutAWaiverIsDue) {
 }
 
 TEST_F(ReleaseRuleTest, TheLastVerificationCountsAndNotTheBest) {
-  ASSERT_TRUE(catalog_.add_verification(
-      {"SN1", 1, day("2026-06-03"), "ann", "marginal", R"({"campaign": "check", "limits": "unit type generic"})"}));
+  ASSERT_TRUE(catalog_.add_verification({"SN1", 1, day("2026-06-03"), "ann", "marginal",
+                                         R"({"campaign": "check", "limits": "unit type generic", "runs": []})"}));
   const ReleaseCase release = judged_on("2027-01-01");
   ASSERT_EQ(release.obstacles.size(), 1U);
   EXPECT_TRUE(base::mentions(release.obstacles.front(), {"check", "marginal"}));
