@@ -108,15 +108,20 @@ class Outages(SoakTest):
         self.write("imu.csv", "\n".join(lines[:7] + lines[17:]))
         self.assertIn("sample 7: comes 0.220 s after", self.refusal("nav", "outages", drive)["message"])
 
+    # Of 20 s without fixes, but for 2 s at both ends.
+    UNKNOWN_S = (171, 188)
+
     def errors_judged_by(self, truth):
-        """Errors along east and north at the end of all outages, and the drive's truth in the document. `truth`: what [truth] holds."""
+        """Errors along east and north at the end of the outages whose end both truths know, and the drive's truth in the document. `truth`:
+        what [truth] holds."""
         drive = self.write("judged.toml", (self.folder / "drive.toml").read_text(encoding="utf-8") + f"[truth]\n{truth}\n")
         document = self.soak_json("nav-outages", "nav", "outages", drive, "--number", 12)
-        ends = [outage["errors"]["raw"]["position_final_m"] for outage in document["outages"]]
+        known = [outage for outage in document["outages"] if not self.UNKNOWN_S[0] < outage["end_s"] < self.UNKNOWN_S[1]]
+        ends = [outage["errors"]["raw"]["position_final_m"] for outage in known]
         return [end[axis] for end in ends for axis in ("east", "north")], document["drives"][0]["truth"]
 
-    def test_a_smoothed_truth_is_as_good_as_it_says_and_better_than_the_fixes(self):
-        """The formulas of the recording judge it. Its fixes are wrong by 1 m, and there are none for 20 s."""
+    def write_noisy_drive(self):
+        """Fixes that are wrong by 1 m, and none for 20 s; exact.csv holds those of the formulas."""
         write_drive(self.folder, seconds=240)
         shutil.copy(self.folder / "fixes.csv", self.folder / "exact.csv")
         header, *rows = (self.folder / "fixes.csv").read_text(encoding="utf-8").splitlines()
@@ -127,15 +132,46 @@ class Outages(SoakTest):
             cells[2] = f"{float(cells[2]) + noise.gauss(0, 1) / 70197:.12f}"
             rows[i] = ",".join([*cells[:4], "1", "1", "1", *cells[7:]])
         self.write("fixes.csv", "\n".join([header, *rows[:170], *rows[190:]]) + "\n")
+
+    def test_a_smoothed_truth_is_as_good_as_it_says_and_better_than_the_fixes(self):
+        """The formulas of the recording judge it. The antenna goes straight: the fixes are the same where it lies 3 m before the unit."""
+        self.write_noisy_drive()
+        drive = self.folder / "drive.toml"
+        for lever in ("", "lever_arm_m = [0.0, 3.0, 0.0]\n"):
+            with self.subTest(lever):
+                drive.write_text(lever + drive.read_text(encoding="utf-8"), encoding="utf-8")
+                self.expect_a_smoothed_truth_as_good_as_it_says()
+
+    def expect_a_smoothed_truth_as_good_as_it_says(self):
         exact, of_file = self.errors_judged_by('file = "exact.csv"')
         smoothed, of_smoother = self.errors_judged_by("smoothed = true")
         self.assertEqual((of_file["from"], of_smoother["from"]), ("file", "smoother"))
-        # Of 24 numbers the root mean square lies within 40 % by chance alone, and more as neighbours in time depend on each other.
+        # Of 20 numbers the root mean square lies within 40 % by chance alone, and more as neighbours in time depend on each other.
         per_axis = of_smoother["horizontal_sigma_m"] / math.sqrt(2)
         truth_error = math.sqrt(sum((a - b) ** 2 for a, b in zip(exact, smoothed)) / len(exact))
         self.assertLess(truth_error, 2 * per_axis)
         self.assertGreater(truth_error, per_axis / 3)
         self.assertLess(truth_error, 0.5)
+
+    def test_how_well_a_smoothed_truth_is_known_does_not_depend_on_where_the_unit_lies(self):
+        """On a straight way fixes of the antenna say as much of it wherever the unit is; of the unit they say less the further away it is."""
+        self.write_noisy_drive()
+        drive = self.folder / "drive.toml"
+        _, beside = self.errors_judged_by("smoothed = true")
+        drive.write_text("lever_arm_m = [0.0, 3.0, 0.0]\n" + drive.read_text(encoding="utf-8"), encoding="utf-8")
+        _, away = self.errors_judged_by("smoothed = true")
+        self.assertAlmostEqual(away["horizontal_sigma_m"], beside["horizontal_sigma_m"], delta=0.02 * beside["horizontal_sigma_m"])
+
+    def test_an_outage_in_a_gap_of_the_receiver_is_refused_with_a_smoothed_truth_too(self):
+        """From 140 to 189 s there are no fixes: what a smoother says there is the filter's own word."""
+        drive = write_drive(self.folder, seconds=240)
+        header, *rows = (self.folder / "fixes.csv").read_text(encoding="utf-8").splitlines()
+        self.write("fixes.csv", "\n".join([header, *rows[:140], *rows[190:]]) + "\n")
+        in_the_gap = ("--number", 1, "--first-s", 145, "--length-s", 30)
+        error = self.refusal("nav", "outages", drive, *in_the_gap)
+        self.assertIn("no truth lies in the outage", error["message"])
+        drive.write_text(drive.read_text(encoding="utf-8") + "[truth]\nsmoothed = true\n", encoding="utf-8")
+        self.assertEqual(self.refusal("nav", "outages", drive, *in_the_gap), error)
 
     def test_a_truth_from_a_file_and_smoothed_is_refused(self):
         drive = write_drive(self.folder, seconds=40)
