@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """soak nav: outages on a recording made from plain formulas, on simulated drives and on a real drive; eq. 6.5 and 6.6 from a unit's own
 curve."""
+import json
 import math
 import random
+import re
 import shutil
 import unittest
 
@@ -173,6 +175,16 @@ class Outages(SoakTest):
         drive.write_text(drive.read_text(encoding="utf-8") + "[truth]\nsmoothed = true\n", encoding="utf-8")
         self.assertEqual(self.refusal("nav", "outages", drive, *in_the_gap), error)
 
+    def test_a_page_that_cannot_be_written_is_refused_before_the_outages(self):
+        """The drive is too short for an outage, which is found before the first one runs."""
+        drive = write_drive(self.folder, seconds=100)
+        self.assertEqual(self.refusal("nav", "outages", drive)["where"], "straight")
+        error = self.refusal("nav", "outages", drive, "-o", self.folder / "none" / "page.html")
+        self.assertIn("cannot create the file", error["message"])
+        self.assertIn("none/page.html", error["where"])
+        self.refusal("nav", "outages", drive, "-o", self.folder / "page.html")
+        self.assertFalse((self.folder / "page.html").exists())
+
     def test_a_truth_from_a_file_and_smoothed_is_refused(self):
         drive = write_drive(self.folder, seconds=40)
         text = drive.read_text(encoding="utf-8")
@@ -310,6 +322,49 @@ class Outages(SoakTest):
             for name in names:
                 # Belief from one standard error made 47 m of 25 m in one of the twelve.
                 self.assertLess(errors[name]["horizontal_final_m"], 1.1 * errors["raw"]["horizontal_final_m"] + 0.5)
+
+
+class Pages(SoakTest):
+    def page_of(self, *arguments):
+        """The words of a page, and what its figures are drawn from."""
+        path = self.folder / "page.html"
+        self.soak(*arguments, "-o", path)
+        text = path.read_text(encoding="utf-8")
+        return text, json.loads(re.search(r'<script type="application/json"[^>]*>(.*?)</script>', text, re.DOTALL)[1])
+
+    def test_a_line_has_300_points_at_most_and_keeps_its_last(self):
+        """A smoothed truth has four points a second."""
+        drive = write_drive(self.folder)
+        drive.write_text(drive.read_text(encoding="utf-8") + "[truth]\nsmoothed = true\n", encoding="utf-8")
+        _, short = self.page_of("nav", "outages", drive, "--number", 1, "--length-s", 60, "--first-s", 60)
+        _, long = self.page_of("nav", "outages", drive, "--number", 1, "--length-s", 120, "--first-s", 60)
+        self.assertEqual(len(short["outages"][0]["truth"]), 240)
+        (outage,) = long["outages"]
+        for line in (outage["truth"], *outage["tracks"], *outage["errors"], *long["mean"]):
+            self.assertLessEqual(len(line), 300)
+        self.assertEqual(len(outage["truth"]), 300)
+        self.assertAlmostEqual(outage["truth"][-1][1], 1200, delta=5)
+        for errors, mean in zip(outage["errors"], long["mean"]):
+            self.assertAlmostEqual(errors[-1][0], 120, delta=0.25)
+            self.assertEqual(mean[-1], [120, errors[-1][1]])
+
+    def test_the_mean_error_begins_where_the_first_truth_is(self):
+        """With the fixes for truth, one each second: 0.98 s after an outage that begins with a sample at 120.02 s."""
+        _, data = self.page_of("nav", "outages", write_drive(self.folder), "--number", 1)
+        for errors, mean in zip(data["outages"][0]["errors"], data["mean"]):
+            self.assertEqual(mean[0], [1, errors[0][1]])
+            self.assertEqual(mean[-1], [30, errors[-1][1]])
+
+    def test_the_page_of_a_comparison_says_what_is_simulated(self):
+        text, _ = self.page_of("nav", "compare", "--drives", 1, "--number", 1, "--errors", "isi", "--temp-end-c", 40, "--left-percent", 2)
+        self.assertIn("Simulated drives, errors of isi, from -10 to 40 °C; the calibration leaves 2 %.", text)
+
+    def test_the_page_of_an_impact_says_of_which_unit_and_model(self):
+        text = recording(1, "R1", (-20.0, 0.0, 20.0, 40.0), 30)
+        self.soak("import", self.write("R1.csv", text), "--unit", "SN1", "--campaign", "c", "--gravity-mps2", 9.80665)
+        self.soak("fit", "--unit", "SN1")
+        text, _ = self.page_of("nav", "impact", "--unit", "SN1", "--drives", 1, "--number", 1, "--from-c", -15, "--to-c", 35)
+        self.assertIn("Simulated drives with the curves of unit SN1, model 1, from -15.0 to 35.0 °C; other errors of ahrs400ca.", text)
 
 
 class Compare(SoakTest):
