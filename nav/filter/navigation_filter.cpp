@@ -102,9 +102,13 @@ void NavigationFilter::add_half_of_noise(double duration_s) {
   for (int i = 0; i < 6; ++i) p_.at(kAccelBias + i, kAccelBias + i) += bias_variance_[static_cast<std::size_t>(i)];
 }
 
+Vector3d NavigationFilter::corrected_rps(const Vector3d& reading_rps) const {
+  return (reading_rps - gyro_bias_).cwiseQuotient(Vector3d::Ones() + gyro_scale_);
+}
+
 void NavigationFilter::predict(const Vector3d& rate_rps, const Vector3d& force_mps2, double duration_s) {
   keep_biases(duration_s);
-  rate_rps_ = (rate_rps - gyro_bias_).cwiseQuotient(Vector3d::Ones() + gyro_scale_);
+  rate_rps_ = corrected_rps(rate_rps);
   const Vector3d force = (force_mps2 - accel_bias_).cwiseQuotient(Vector3d::Ones() + accel_scale_);
   mechanization_.step({duration_s, duration_s * rate_rps_, duration_s * force});
 
@@ -172,11 +176,14 @@ void NavigationFilter::feed_back(const Errors& errors) {
   // R = (I + [φ×]) R̂
   state.body_to_level = normalized(rotation_of(errors.segment<3>(kAttitude)) * state.body_to_level);
   mechanization_.set_state(state);
+  const Vector3d reading_rps = rate_rps_ + gyro_scale_.cwiseProduct(rate_rps_) + gyro_bias_;
   accel_bias_ += errors.segment<3>(kAccelBias);
   gyro_bias_ += errors.segment<3>(kGyroBias);
   accel_scale_ += errors.segment<3>(kAccelScale);
   gyro_scale_ += errors.segment<3>(kGyroScale);
+  rate_rps_ = corrected_rps(reading_rps);
   fed_back_ += errors;
+  ++feed_backs_;
 }
 
 Vector3d NavigationFilter::lever_level_m() const { return to_matrix(state().body_to_level) * lever_arm_m_; }
@@ -191,11 +198,17 @@ Geodetic NavigationFilter::antenna() const { return moved(state().position, leve
 
 Vector3d NavigationFilter::antenna_velocity_mps() const { return state().velocity_mps + lever_velocity_mps(); }
 
+Eigen::Matrix<double, 3, kMostStates> NavigationFilter::antenna_by_errors() const {
+  // r̂ + R̂ l − (r + R l) = δr + (R l) × φ
+  Eigen::Matrix<double, 3, kMostStates> h = Eigen::Matrix<double, 3, kMostStates>::Zero();
+  h.block<3, 3>(0, kPosition).setIdentity();
+  h.block<3, 3>(0, kAttitude) = skew(lever_level_m());
+  return h;
+}
+
 NavigationFilter::Measurement NavigationFilter::position_by(const GnssFix& fix, Kind kind) const {
-  // r̂ + R̂ l − r_gnss = δr + (R l) × φ
   Measurement at{kind};
-  at.h.block<3, 3>(0, kPosition).setIdentity();
-  at.h.block<3, 3>(0, kAttitude) = skew(lever_level_m());
+  at.h = antenna_by_errors();
   at.z = offset_m(fix.position, antenna());
   at.variance = fix.position_sigma_m.cwiseAbs2();
   return at;

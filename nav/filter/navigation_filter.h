@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 
@@ -99,8 +100,11 @@ class NavigationFilter {
   [[nodiscard]] Eigen::MatrixXd covariance() const;
   /// Φ of the last prediction, of the same errors.
   [[nodiscard]] Eigen::MatrixXd transition() const;
-  /// All that feed_back() has taken out so far, summed.
+  /// All that feed_back() has taken out so far, summed, and how often it has: an update may take out nothing.
   [[nodiscard]] const Errors& fed_back() const { return fed_back_; }
+  [[nodiscard]] std::size_t feed_backs() const { return feed_backs_; }
+  /// H: by how much the errors put the antenna off, in m along east, north, up.
+  [[nodiscard]] Eigen::Matrix<double, 3, kMostStates> antenna_by_errors() const;
 
  private:
   enum Kind : std::uint8_t { position, velocity, standing, sideways, computed };
@@ -120,6 +124,7 @@ class NavigationFilter {
   bool passes_gate(const Innovation& innovation, Kind kind);
   void add_half_of_noise(double duration_s);
   void keep_biases(double duration_s);
+  [[nodiscard]] Eigen::Vector3d corrected_rps(const Eigen::Vector3d& reading_rps) const;
   [[nodiscard]] Eigen::Vector3d lever_level_m() const;
   [[nodiscard]] Eigen::Vector3d lever_velocity_mps() const;
 
@@ -137,6 +142,7 @@ class NavigationFilter {
   Eigen::Vector3d accel_scale_ = Eigen::Vector3d::Zero();
   Eigen::Vector3d rate_rps_ = Eigen::Vector3d::Zero();  ///< the last corrected reading
   Errors fed_back_ = Errors::Zero();
+  std::size_t feed_backs_ = 0;
   double interval_s_ = 0.0;                ///< for which what follows was computed
   std::array<double, 6> bias_variance_{};  ///< half of what an interval adds: accelerometers, gyros
   std::array<double, 4> gate_{};           ///< limit of the NIS by degrees of freedom

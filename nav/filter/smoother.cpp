@@ -19,7 +19,7 @@ class Recorder {
   explicit Recorder(const NavigationFilter& filter) { open(filter); }
 
   void before_prediction(const NavigationFilter& filter) {
-    if (filter.fed_back() != fed_back_) mark(filter);
+    if (filter.feed_backs() != feed_backs_) mark(filter);
   }
 
   void after_prediction(const NavigationFilter& filter) {
@@ -41,11 +41,13 @@ class Recorder {
     open_.transition = MatrixXd::Identity(open_.begin.rows(), open_.begin.cols());
     open_.end = open_.begin;
     fed_back_ = filter.fed_back();
+    feed_backs_ = filter.feed_backs();
   }
 
   std::vector<FilterInterval> intervals_;
   FilterInterval open_;
   NavigationFilter::Errors fed_back_;  ///< up to the beginning of the open interval
+  std::size_t feed_backs_ = 0;         ///< up to there
 };
 
 /// A filter at a time that was asked for, after so many intervals.
@@ -59,13 +61,16 @@ SmoothedPoint point_of(double t_s, Stop stop, LeftErrors left) {
   errors.head(left.errors.size()) = left.errors;
   stop.filter.feed_back(errors);
   const NavigationFilter& filter = stop.filter;
+  const MatrixXd h = filter.antenna_by_errors().leftCols(left.covariance.cols());
+  const Eigen::Matrix3d antenna_covariance_m2 = h * left.covariance * h.transpose();
   return {t_s,
           filter.antenna(),
           filter.antenna_velocity_mps(),
           filter.state(),
           filter.gyro_bias_rps(),
           filter.accel_bias_mps2(),
-          std::move(left.covariance)};
+          std::move(left.covariance),
+          antenna_covariance_m2};
 }
 
 }  // namespace

@@ -12,7 +12,8 @@
 /// (1965) 1445) over a closed-loop filter. Looks ahead: for references, not for pipelines.
 namespace soak::nav {
 
-/// What a filter went through from one moment to the next one with measurements. Errors are estimate less truth.
+/// What a filter went through from one moment to the next one with measurements. Errors are such as
+/// NavigationFilter::feed_back() takes out.
 struct FilterInterval {
   Eigen::MatrixXd begin;       ///< covariance P of the errors, after the measurements at its beginning
   Eigen::MatrixXd transition;  ///< Φ of the errors, from its beginning to its end
@@ -39,7 +40,8 @@ struct SmoothedPoint {
   NavState state;
   Eigen::Vector3d gyro_bias_rps;
   Eigen::Vector3d accel_bias_mps2;
-  Eigen::MatrixXd covariance;  ///< in the order of NavigationFilter::covariance()
+  Eigen::MatrixXd covariance;             ///< in the order of NavigationFilter::covariance()
+  Eigen::Matrix3d antenna_covariance_m2;  ///< of the antenna's position, east, north, up
 };
 
 /// Runs a filter through the whole drive and back. `t_s` rise, from the start to the last sample. The drive must be

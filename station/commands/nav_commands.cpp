@@ -52,10 +52,14 @@ struct OutageOptions {
     options.add("-o,--output FILE.html", &file, "Also write a page with tracks and errors over time to this file");
   }
 
-  /// Runs the outages on all drives; the comparison's document with `more` in it. Writes the page that was asked for.
+  /// Before anything that takes long: whether the page that was asked for can be written.
+  [[nodiscard]] base::Status check_file() const { return file.empty() ? base::Status() : check_writable(file); }
+
+  /// Runs the outages on all drives; the comparison's document with `more` in it. Writes the page that was asked for,
+  /// which begins with the sentence `about` what was compared.
   [[nodiscard]] base::Result<json> compare(const std::vector<nav::Drive>& drives,
                                            const std::vector<nav::Pipeline>& pipelines, const json& more,
-                                           Output& output) const {
+                                           const std::string& about, Output& output) const {
     std::vector<OutageTask> tasks;
     for (std::size_t d = 0; d < drives.size(); ++d) {
       const auto outages = nav::spread_outages(drives[d], first_s, length_s, number);
@@ -74,7 +78,7 @@ struct OutageOptions {
     json document = comparison_json(drives, fixes, *results, pipelines, length_s, seed);
     document.update(more);
     if (!file.empty()) {
-      const std::string page = outages_page(document, *results, "soak " + software_version(), now_utc_s());
+      const std::string page = outages_page(document, *results, about, "soak " + software_version(), now_utc_s());
       if (const auto written = write_text_file(file, page); !written) return base::forward_error(written);
     }
     return document;
@@ -151,6 +155,7 @@ std::vector<std::string> NavOutages::learnt_and_judged() const {
 }
 
 base::Status NavOutages::run(Output& output) {
+  if (auto writable = outages.check_file(); !writable) return writable;
   if (!learn.empty() && !needs_learning(also)) {
     return base::bad_input("only an ANFIS learns: --also anfis_position or --also anfis_updates must come with it",
                            "--learn");
@@ -179,7 +184,7 @@ base::Status NavOutages::run(Output& output) {
   auto pipelines = standard_pipelines(correction);
   if (auto status = add_further(also, [this] { return drives_to_learn_from(); }, pipelines); !status) return status;
   if (auto both = learnt_and_judged(); !both.empty()) more["learnt_and_judged"] = std::move(both);
-  const auto document = outages.compare(drives, pipelines, more, output);
+  const auto document = outages.compare(drives, pipelines, more, "", output);
   if (!document) return base::forward_error(document);
   if (output.json()) return output.print_json(*document);
   output.print(comparison_text(*document));
@@ -216,6 +221,7 @@ struct NavCompare final : Command {
 };
 
 base::Status NavCompare::run(Output& output) {
+  if (auto writable = outages.check_file(); !writable) return writable;
   DriveRequest request;
   request.errors = errors == "isi" ? nav::isi() : errors == "motionpak2" ? nav::motionpak2() : nav::ahrs400ca();
   request.temperature = {temp_start_c, temp_end_c, 200.0};
@@ -243,7 +249,10 @@ base::Status NavCompare::run(Output& output) {
                        {"temp_start_c", temp_start_c},
                        {"temp_end_c", temp_end_c},
                        {"left_percent", left_percent}}}};
-  const auto document = outages.compare(made, pipelines, more, output);
+  const std::string about =
+      fmt::format("Simulated drives, errors of {}, from {} to {} °C; the calibration leaves {} %.", errors,
+                  temp_start_c, temp_end_c, left_percent);
+  const auto document = outages.compare(made, pipelines, more, about, output);
   if (!document) return base::forward_error(document);
   if (output.json()) return output.print_json(*document);
   output.print(fmt::format("simulated drives, errors of {}, from {} to {} °C\n{}", errors, temp_start_c, temp_end_c,
@@ -275,7 +284,7 @@ struct NavImpact final : CatalogCommand {
  private:
   [[nodiscard]] base::Result<TemperatureCourse> find_course(const calib::Calibration& calibration) const;
   [[nodiscard]] base::Result<json> drive(const calib::Calibration& calibration, const TemperatureCourse& course,
-                                         Output& output) const;
+                                         int version, Output& output) const;
 };
 
 /// The temperatures at which all sensors were calibrated, narrowed to what was asked for.
@@ -300,7 +309,7 @@ base::Result<TemperatureCourse> NavImpact::find_course(const calib::Calibration&
 
 /// Simulated drives with this unit's curve: the noise is that of a unit of table 6.1, the curve and what the
 /// calibration leaves of it are this unit's.
-base::Result<json> NavImpact::drive(const calib::Calibration& calibration, const TemperatureCourse& course,
+base::Result<json> NavImpact::drive(const calib::Calibration& calibration, const TemperatureCourse& course, int version,
                                     Output& output) const {
   const nav::ThermalBias curve = [&](calib::Sensor sensor, double temp_c) {
     return curve_value(calibration, sensor, temp_c);
@@ -317,7 +326,10 @@ base::Result<json> NavImpact::drive(const calib::Calibration& calibration, const
     };
     made.push_back(simulated_drive(request));
   }
-  return outages.compare(made, standard_pipelines(curve_correction(curve)), json::object(), output);
+  const std::string about = fmt::format(
+      "Simulated drives with the curves of unit {}, model {}{}, from {:.1f} to {:.1f} °C; other errors of {}.", unit,
+      version, calibration.simulated ? " (SIMULATED)" : "", course.from_c, course.to_c, request.errors.name);
+  return outages.compare(made, standard_pipelines(curve_correction(curve)), json::object(), about, output);
 }
 
 std::string impact_text(const json& document) {
@@ -329,6 +341,7 @@ std::string impact_text(const json& document) {
 }
 
 base::Status NavImpact::run_with(db::Catalog& catalog, Output& output) {
+  if (auto writable = outages.check_file(); !writable) return writable;
   if (const auto found = find_unit(catalog, unit); !found) return base::forward_error(found);
   const auto row = catalog.model(unit, model);
   if (!row) return base::forward_error(row);
@@ -340,7 +353,7 @@ base::Status NavImpact::run_with(db::Catalog& catalog, Output& output) {
   if (!calibration) return base::forward_error(calibration);
   const auto course = find_course(*calibration);
   if (!course) return base::forward_error(course);
-  auto drive_document = drive(*calibration, *course, output);
+  auto drive_document = drive(*calibration, *course, (*row)->version, output);
   if (!drive_document) return base::forward_error(drive_document);
   json document = impact_json(*calibration, *course);
   document["unit"] = unit;

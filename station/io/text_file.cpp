@@ -59,11 +59,39 @@ bool write_all(int descriptor, std::string_view text) {
   return true;
 }
 
+base::Status cannot_write(int error, const std::filesystem::path& path) {
+  return base::bad_input("cannot write: " + reason(error), path.string());
+}
+
 base::Status write_into(const std::filesystem::path& path, std::string_view text) {
   const base::FileDescriptor file(::open(path.c_str(), O_WRONLY | O_CLOEXEC));
-  if (!file) return base::bad_input("cannot write: " + reason(errno), path.string());
+  if (!file) return cannot_write(errno, path);
   if (write_all(file.get(), text)) return {};
   return base::fail(base::ErrorKind::internal, "cannot write: " + reason(errno), path.string());
+}
+
+std::filesystem::path target_of(const std::filesystem::path& given) {
+  std::error_code ignored;
+  const std::filesystem::path target = std::filesystem::weakly_canonical(given, ignored);
+  return target.empty() ? given : target;
+}
+
+/// A device or a pipe is written to, never replaced.
+bool is_replaced(const std::filesystem::path& path) {
+  std::error_code ignored;
+  return !std::filesystem::exists(path, ignored) || std::filesystem::is_regular_file(path, ignored);
+}
+
+std::filesystem::path temporary_beside(const std::filesystem::path& path) {
+  return path.string() + ".tmp" + std::to_string(::getpid());
+}
+
+base::FileDescriptor created(const std::filesystem::path& temporary) {
+  return base::FileDescriptor(::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666));
+}
+
+base::Status cannot_create(int error, const std::filesystem::path& path) {
+  return base::bad_input("cannot create the file: " + reason(error), path.string());
 }
 
 }  // namespace
@@ -91,20 +119,30 @@ base::Result<std::string> read_text_file(const std::filesystem::path& path) {
   return text;
 }
 
-base::Status write_text_file(const std::filesystem::path& given, std::string_view text) {
-  std::error_code ignored;
-  const std::filesystem::path target = std::filesystem::weakly_canonical(given, ignored);
-  const std::filesystem::path& path = target.empty() ? given : target;
-  // A device or a pipe is written to, never replaced.
-  if (std::filesystem::exists(path, ignored) && !std::filesystem::is_regular_file(path, ignored)) {
-    return write_into(path, text);
+base::Status check_writable(const std::filesystem::path& given) {
+  const std::filesystem::path path = target_of(given);
+  if (!is_replaced(path)) {
+    std::error_code ignored;
+    const bool is_folder = std::filesystem::is_directory(path, ignored);
+    if (!is_folder && ::access(path.c_str(), W_OK) == 0) return {};
+    return cannot_write(is_folder ? EISDIR : errno, path);
   }
   if (auto replaceable = check_replaceable(path); !replaceable) return replaceable;
-  const std::filesystem::path temporary = path.string() + ".tmp" + std::to_string(::getpid());
+  const std::filesystem::path temporary = temporary_beside(path);
+  if (!created(temporary)) return cannot_create(errno, path);
+  ::unlink(temporary.c_str());
+  return {};
+}
+
+base::Status write_text_file(const std::filesystem::path& given, std::string_view text) {
+  const std::filesystem::path path = target_of(given);
+  if (!is_replaced(path)) return write_into(path, text);
+  if (auto replaceable = check_replaceable(path); !replaceable) return replaceable;
+  const std::filesystem::path temporary = temporary_beside(path);
   int error = 0;
   {
-    const base::FileDescriptor file(::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666));
-    if (!file) return base::bad_input("cannot create the file: " + reason(errno), path.string());
+    const base::FileDescriptor file = created(temporary);
+    if (!file) return cannot_create(errno, path);
     if (!write_all(file.get(), text)) error = errno;
   }
   base::Status written;

@@ -17,4 +17,8 @@ namespace soak::station {
 /// Follows symbolic links; writes into a device or pipe without replacing it.
 [[nodiscard]] base::Status write_text_file(const std::filesystem::path& path, std::string_view text);
 
+/// Whether write_text_file() could begin, for those whose text takes long to make: fails as it does, and leaves all as
+/// it was.
+[[nodiscard]] base::Status check_writable(const std::filesystem::path& path);
+
 }  // namespace soak::station

@@ -7,12 +7,14 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
+#include <iterator>
 #include <limits>
 #include <optional>
 #include <string_view>
 #include <utility>
 #include <vector>
 
+#include "base/statistics.h"
 #include "base/units.h"
 #include "nav/filter/smoother.h"
 #include "nav/outages/pipeline.h"
@@ -31,6 +33,9 @@ constexpr settings::Limits kAny = {-1e12, 1e12};
 
 /// Between two points of a smoothed truth: a car goes some metres meanwhile.
 constexpr double kSmoothedEvery_s = 0.25;
+
+/// A smoothed truth may lie so far from a fix, however often there are fixes.
+constexpr double kLeastReach_s = 2.0;
 
 /// What a drive file says.
 struct DriveFile {
@@ -146,19 +151,36 @@ void set_truth(nav::Drive& drive, const std::vector<nav::GnssFix>& points) {
   drive.truth_sigma_m = std::sqrt(variance_m2);
 }
 
-/// From the start of the filter to the last fix, by all fixes of the drive and the filter of `raw`.
+/// Further away from any fix than two of the usual intervals a smoothed truth is little more than the filter's own
+/// word.
+double reach_s(const std::vector<nav::GnssFix>& fixes) {
+  std::vector<double> intervals_s;
+  for (std::size_t i = 1; i < fixes.size(); ++i) intervals_s.push_back(fixes[i].t_s - fixes[i - 1].t_s);
+  return intervals_s.empty() ? kLeastReach_s : std::max(kLeastReach_s, 2.0 * base::median(intervals_s));
+}
+
+/// Where the truth is smoothed: from `start_s`, that of a fix, to the last fix or sample, within reach of a fix.
+std::vector<double> smoothed_times(const nav::Drive& drive, double start_s) {
+  const double end_s = std::min(drive.gnss.back().t_s, drive.imu.back().t_s);
+  const double within_s = reach_s(drive.gnss);
+  std::vector<double> t_s;
+  for (int i = 1; start_s + i * kSmoothedEvery_s <= end_s; ++i) {
+    const double at_s = start_s + i * kSmoothedEvery_s;
+    const auto next = std::ranges::lower_bound(drive.gnss, at_s, {}, &nav::GnssFix::t_s);
+    if (std::min(next->t_s - at_s, at_s - std::prev(next)->t_s) <= within_s) t_s.push_back(at_s);
+  }
+  return t_s;
+}
+
+/// By all fixes of the drive and the filter of `raw`.
 base::Status smooth_truth(nav::Drive& drive) {
   const auto setup = nav::set_up(raw_filter(), drive);
   if (!setup) return base::forward_error(setup);
-  const double end_s = std::min(drive.gnss.back().t_s, drive.imu.back().t_s);
-  std::vector<double> t_s;
-  for (int i = 1; setup->start.t_s + i * kSmoothedEvery_s <= end_s; ++i) {
-    t_s.push_back(setup->start.t_s + i * kSmoothedEvery_s);
-  }
+  const std::vector<double> t_s = smoothed_times(drive, setup->start.t_s);
   double variance_m2 = 0.0;
   for (const nav::SmoothedPoint& point : nav::smoothed(drive, setup->start, setup->options, t_s)) {
     drive.truth.push_back({point.t_s, point.antenna, point.antenna_velocity_mps, point.state.body_to_level});
-    variance_m2 += (point.covariance(0, 0) + point.covariance(1, 1)) / static_cast<double>(t_s.size());
+    variance_m2 += point.antenna_covariance_m2.topLeftCorner<2, 2>().trace() / static_cast<double>(t_s.size());
   }
   drive.truth_source = nav::TruthSource::smoother;
   drive.truth_sigma_m = std::sqrt(variance_m2);

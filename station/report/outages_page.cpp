@@ -20,13 +20,36 @@ using nlohmann::json;
 
 /// Outages that are drawn one by one.
 constexpr std::size_t kMostDrawn = 24;
+/// Of one line: more than a figure has room for.
+constexpr std::size_t kMostPoints = 300;
 
 double horizontal_m(const nav::ErrorPoint& point) { return std::hypot(point.position_m.x(), point.position_m.y()); }
 
-/// [seconds after the beginning, m] of the mean over the outages, at the truth nearest to each second.
+/// Of so many points those that are drawn, evenly spread, the first and the last among them.
+std::vector<std::size_t> drawn_of(std::size_t points) {
+  std::vector<std::size_t> drawn(std::min(points, kMostPoints));
+  for (std::size_t i = 0; i < drawn.size(); ++i)
+    drawn[i] = i * (points - 1) / std::max<std::size_t>(drawn.size() - 1, 1);
+  return drawn;
+}
+
+json thinned(const json& line) {
+  json thin = json::array();
+  for (const std::size_t i : drawn_of(line.size())) thin.push_back(line[i]);
+  return thin;
+}
+
+/// [seconds after the beginning, m] of the mean over the outages: at the truth nearest to each second, from that on by
+/// which all have one, then at the end.
 json mean_errors(std::span<const OutageResult> results, std::size_t pipeline, double length_s) {
-  json line = json::array({{0.0, 0.0}});
-  for (double after_s = 1.0; after_s <= length_s; after_s += 1.0) {
+  json line = json::array();
+  double first_s = 0.0;
+  double final_m = 0.0;
+  for (const OutageResult& result : results) {
+    first_s = std::max(first_s, std::ceil(result.pipelines[pipeline].points.front().after_s));
+    final_m += result.pipelines[pipeline].horizontal_final_m / static_cast<double>(results.size());
+  }
+  for (double after_s = first_s; after_s < length_s; after_s += 1.0) {
     double sum_m = 0.0;
     for (const OutageResult& result : results) {
       const auto distance_s = [&](const nav::ErrorPoint& point) { return std::abs(point.after_s - after_s); };
@@ -34,18 +57,20 @@ json mean_errors(std::span<const OutageResult> results, std::size_t pipeline, do
     }
     line.push_back({after_s, sum_m / static_cast<double>(results.size())});
   }
-  return line;
+  line.push_back({length_s, final_m});
+  return thinned(line);
 }
 
 /// What the two figures of an outage are drawn from: [east, north] of truth and pipelines, [seconds, m] of their
 /// errors.
 json outage_data(const OutageResult& result) {
   json data = {{"truth", json::array()}, {"tracks", json::array()}, {"errors", json::array()}};
-  for (const Eigen::Vector3d& place_m : result.track_m) data["truth"].push_back({place_m.x(), place_m.y()});
+  const std::vector<std::size_t> drawn = drawn_of(result.track_m.size());
+  for (const std::size_t i : drawn) data["truth"].push_back({result.track_m[i].x(), result.track_m[i].y()});
   for (const nav::OutageErrors& pipeline : result.pipelines) {
     json track = json::array();
     json errors = json::array();
-    for (std::size_t i = 0; i < pipeline.points.size(); ++i) {
+    for (const std::size_t i : drawn) {
       const nav::ErrorPoint& point = pipeline.points[i];
       const Eigen::Vector3d place_m = result.track_m[i] + point.position_m;
       track.push_back({place_m.x(), place_m.y()});
@@ -109,16 +134,18 @@ std::string outage_figures(const OutageResult& result, std::size_t number) {
 
 }  // namespace
 
-std::string outages_page(const json& comparison, std::span<const OutageResult> results, const std::string& software,
-                         double created_utc_s) {
+std::string outages_page(const json& comparison, std::span<const OutageResult> results, const std::string& about,
+                         const std::string& software, double created_utc_s) {
   const auto is_simulated = [](const json& drive) { return drive["truth"]["from"] == "simulation"; };
   const bool simulated = std::ranges::all_of(comparison["drives"], is_simulated);
   std::string body = fmt::format(
       "<h1>Navigation through outages</h1>\n<p>{} outages of {} s without satellite navigation, on {} drive{}; every "
-      "pipeline meets the same ones.</p>\n<section id=\"pipelines\"><h2>Pipelines</h2>\n{}{}<div class=\"figures "
+      "pipeline meets the same ones. {}</p>\n<section id=\"pipelines\"><h2>Pipelines</h2>\n{}{}<div "
+      "class=\"figures "
       "single\">\n",
       results.size(), comparison["length_s"].get<double>(), comparison["drives"].size(),
-      comparison["drives"].size() == 1 ? "" : "s", pipelines_table(comparison["pipelines"]), remarks_part(comparison));
+      comparison["drives"].size() == 1 ? "" : "s", html::escaped(about), pipelines_table(comparison["pipelines"]),
+      remarks_part(comparison));
   body += figure("error", "mean",
                  {"All outages", "Horizontal position error of each pipeline over time, mean over all outages."});
   const std::size_t drawn = std::min(results.size(), kMostDrawn);

@@ -26,8 +26,9 @@ namespace soak::station {
 [[nodiscard]] std::string gap_page(const GapComparison& comparison, const std::string& software, double created_utc_s);
 
 /// A comparison of pipelines on outages (comparison_json(), of these results) as one HTML page that needs nothing else:
-/// their table, the mean error over time, and of the first 24 outages the track and the error over time.
+/// their table, the mean error over time, and of the first 24 outages the track and the error over time, each line of
+/// at most 300 points. `about`: a sentence on what was compared, or nothing.
 [[nodiscard]] std::string outages_page(const nlohmann::json& comparison, std::span<const nav::OutageResult> results,
-                                       const std::string& software, double created_utc_s);
+                                       const std::string& about, const std::string& software, double created_utc_s);
 
 }  // namespace soak::station

@@ -57,6 +57,30 @@ TEST(Consistency, ErrorsAndInnovationsAreAsLargeAsTheFilterSays) {
   EXPECT_GE(share_within(all.nees, 9), 9.0 / 12.0);
 }
 
+/// The antenna moves as the unit, and turns about it with the body by the reading less bias and scale factor, over a
+/// rotating Earth.
+Vector3d antenna_velocity_by(const NavigationFilter& filter, const Vector3d& reading_rps) {
+  const auto r = to_matrix(filter.state().body_to_level);
+  const Vector3d rate_rps =
+      (reading_rps - filter.gyro_bias_rps()).cwiseQuotient(Vector3d::Ones() + filter.gyro_scale());
+  return filter.state().velocity_mps + r * cross(rate_rps, kLever_m) -
+         cross(earth_rate_rps(filter.state().position.latitude_rad), r * kLever_m);
+}
+
+TEST(Consistency, TheVelocityOfTheAntennaIsThatOfOneEstimateAlsoAfterAFeedBack) {
+  Start start;
+  start.state.position = kOrigin;
+  NavigationFilter filter(start, matching(true), kLever_m);
+  const Vector3d reading_rps(0.1, -0.2, 0.5);
+  filter.predict(reading_rps, {0.3, 0.2, 9.8}, 0.02);
+  EXPECT_LT((filter.antenna_velocity_mps() - antenna_velocity_by(filter, reading_rps)).norm(), 1e-12);
+  NavigationFilter::Errors errors = NavigationFilter::Errors::Zero();
+  errors.segment<3>(12).setConstant(0.02);
+  errors.segment<3>(18).setConstant(0.05);
+  filter.feed_back(errors);
+  EXPECT_LT((filter.antenna_velocity_mps() - antenna_velocity_by(filter, reading_rps)).norm(), 1e-12);
+}
+
 TEST(Consistency, TwentyOneStatesKnowTheirErrorsToo) {
   const Statistics all = statistics_of(true);
   EXPECT_GE(share_within(all.position_nis, 3), 52.0 / 60.0);

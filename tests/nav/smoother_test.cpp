@@ -18,6 +18,7 @@ namespace {
 using Eigen::Matrix2d;
 using Eigen::MatrixXd;
 using Eigen::Vector2d;
+using Eigen::Vector3d;
 using Eigen::VectorXd;
 
 /// A body on a line, pushed at random: place and speed each second, its place measured now and then.
@@ -109,6 +110,7 @@ TEST(Smoother, LeavesAStateAloneThatIsKnownExactly) {
 struct Compared {
   std::vector<VectorXd> filtered, smoothed;
   std::vector<MatrixXd> filtered_covariance, smoothed_covariance;
+  std::vector<double> antenna_nees;  ///< of the smoother's antenna: 3 degrees of freedom
 };
 
 Compared compared(const Simulated& made, const FilterOptions& options, const std::vector<double>& t_s) {
@@ -123,6 +125,8 @@ Compared compared(const Simulated& made, const FilterOptions& options, const std
     both.smoothed.push_back(errors_of(points[i].state, truth, sample));
     both.filtered_covariance.push_back(run.filter().covariance());
     both.smoothed_covariance.push_back(points[i].covariance);
+    const VectorXd antenna_m = offset_m(truth.position, points[i].antenna);
+    both.antenna_nees.push_back(antenna_m.dot(base::solve_llt(MatrixXd(points[i].antenna_covariance_m2), antenna_m)));
   }
   return both;
 }
@@ -141,11 +145,12 @@ double squares(const std::vector<VectorXd>& errors, int from) {
 
 TEST(Smoother, KnowsHowWrongItIsAndIsLessWrongThanTheFilter) {
   constexpr int kRuns = 100;
-  std::vector<std::vector<double>> of_runs;
+  std::vector<std::vector<double>> of_runs, of_antenna;
   double filtered[3] = {};
   double smoothed[3] = {};
   for (int number = 0; number < kRuns; ++number) {
     const Compared both = compared(simulated(number, false), matching(false), every_five_seconds());
+    of_antenna.push_back(both.antenna_nees);
     auto& of_run = of_runs.emplace_back();
     for (std::size_t i = 0; i < both.smoothed.size(); ++i) {
       of_run.push_back(nees(both.smoothed[i], both.smoothed_covariance[i]));
@@ -157,7 +162,32 @@ TEST(Smoother, KnowsHowWrongItIsAndIsLessWrongThanTheFilter) {
   }
   // As for the filter: 95 % of the epochs of a drive, which depend on each other; here of 11.
   EXPECT_GE(share_within(of_runs, 9), 8.0 / 11.0);
+  EXPECT_GE(share_within(of_antenna, 3), 8.0 / 11.0);
   for (int part = 0; part < 3; ++part) EXPECT_LT(smoothed[part], 0.8 * filtered[part]) << part;
+}
+
+/// The largest difference of two covariances, each state by its own size.
+double largest_difference(const MatrixXd& a, const MatrixXd& b) {
+  const VectorXd size = a.diagonal().cwiseSqrt().cwiseInverse();
+  return MatrixXd(size.asDiagonal() * (a - b) * size.asDiagonal()).cwiseAbs().maxCoeff();
+}
+
+TEST(Smoother, LearnsAsMuchFromAFixThatMeetsTheEstimateExactly) {
+  Simulated made = simulated(3, false);
+  made.drive.gnss = {made.drive.gnss[20]};
+  GnssFix& fix = made.drive.gnss.front();
+  FilterRun run(made.drive, made.start, matching(false));
+  run.lose_fixes();
+  run.advance_to(fix.t_s);
+  fix.position = run.filter().antenna();
+  fix.velocity_mps = run.filter().antenna_velocity_mps();
+  const std::vector<double> t_s = {fix.t_s - 5.0, fix.t_s + 5.0};
+  const auto exact = smoothed(made.drive, made.start, matching(false), t_s);
+  fix.velocity_mps.x() += 1e-9;
+  const auto beside = smoothed(made.drive, made.start, matching(false), t_s);
+  for (std::size_t i = 0; i < t_s.size(); ++i) {
+    EXPECT_LT(largest_difference(exact[i].covariance, beside[i].covariance), 1e-6) << t_s[i];
+  }
 }
 
 TEST(Smoother, NeverKnowsLessThanTheFilter) {
