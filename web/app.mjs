@@ -52,6 +52,7 @@ function lose() {
   for (const id of ["pause", "resume", "next", "abort", "confirm"]) $(id).disabled = true;
   $("door").dataset.lamp = "unknown";
   say($("door-title"), T.door.unknown);
+  say($("door-text"), T.lost.door); // what it said last may have come to pass, or not
   if (!status) say($("campaign-name"), T.head.noStation);
 }
 

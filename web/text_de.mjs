@@ -46,8 +46,9 @@ const ALARMS = {
   unit_failed: (alarm, status, who) => ({ title: `${who} ist ausgefallen`, action: "Kabel und Versorgung prüfen. Die anderen Prüflinge laufen weiter." }),
   unit_face: (alarm, status, who, turn) => wrongFace(who, alarm, status, turn),
   campaign_aborted: () => ({ title: "Die Kampagne wurde abgebrochen: Die Station geht in den sicheren Zustand", action: CLOSED }),
-  campaign_ended: (alarm, { resumes_by_itself }) => ({ title: "Die Kampagne ist zu Ende: Die Station geht in den sicheren Zustand",
-    action: `${resumes_by_itself ? "Sie läuft dann von selbst weiter; wer das nicht will, bricht sie ab." : "Beheben, was hier genannt ist."} ${CLOSED}` }),
+  campaign_ended: (alarm, { resumes_by_itself, ending }) => ({ title: "Die Kampagne ist zu Ende: Die Station geht in den sicheren Zustand",
+    action: `${resumes_by_itself ? "Sie läuft dann von selbst weiter; wer das nicht will, bricht sie ab."
+      : `Beheben, was hier genannt ist.${ending && ending.outcome !== "aborted" ? " „Fortsetzen“ setzt sie fort, sobald die Station sicher ist." : ""}`} ${CLOSED}` }),
   campaign_failed: (alarm, { resumable }) => ({ title: "Die Kampagne ist fehlgeschlagen",
     action: resumable ? "Beheben, was hier genannt ist, dann „Fortsetzen“ drücken: Es geht beim Plateau vor der Unterbrechung weiter."
       : "Beheben, was hier genannt ist, dann eine neue Kampagne starten." }),
@@ -110,8 +111,9 @@ export const text = {
   lost: {
     title: "Keine Verbindung zu soakd.",
     before: "Stand der Anzeige:",
-    after: "; die Kampagne selbst läuft vielleicht weiter. Neuer Versuch …",
+    after: "; die Kampagne selbst läuft vielleicht weiter. Ist soakd ausgefallen, steuert niemand die Kammer: hingehen und nachsehen. Neuer Versuch …",
     nowhere: "noch keiner",
+    door: "Es besteht keine Verbindung zu soakd. Ist es ausgefallen, steuert niemand die Kammer, und sie bleibt bei ihrem letzten Sollwert: hingehen und nachsehen. „soak chamber make-safe“ macht sie sicher.",
   },
   roles: {
     viewer: "Dieses Konto sieht alles und ändert nichts",
@@ -190,7 +192,7 @@ export const text = {
     none: "Keine Kampagne läuft",
     inState: (state) => `Die Kampagne: ${state}`,
     allDone: "Alle Schritte sind erledigt",
-    stoppedAt: (own, action) => `Angehalten bei: ${action ?? own}`,
+    stoppedAt: (step) => `Angehalten bei: ${step}`,
   },
   queue: {
     then: (names) => `Danach: ${names}.`,

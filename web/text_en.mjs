@@ -35,8 +35,9 @@ export const text = {
   lost: {
     title: "No connection to soakd.",
     before: "What you see is from",
-    after: "; the campaign itself may go on. Trying again…",
+    after: "; the campaign itself may go on. If soakd is dead, nobody drives the chamber: go and look. Trying again…",
     nowhere: "nowhere yet",
+    door: "There is no connection to soakd. If it is dead, nobody drives the chamber, which stays at its last set point: go and look. “soak chamber make-safe” makes it safe.",
   },
   roles: {
     viewer: "This account sees everything and changes nothing",
@@ -118,8 +119,7 @@ export const text = {
     none: "No campaign runs",
     inState: (state) => `The campaign: ${state}`,
     allDone: "All steps are done",
-    /** `own`: the step in the station's words, `action`: in those of this page, null without a plan. */
-    stoppedAt: (own, action) => `Stopped at: ${own ?? action}`,
+    stoppedAt: (step) => `Stopped at: ${step}`,
   },
   queue: {
     then: (names) => `Then: ${names}.`,

@@ -101,6 +101,13 @@ function actionText(status, step, position) {
   }
 }
 
+/** "Run 1 of 3, −20 °C (1 of 5): units settling" */
+function placeAndAction(status, step, plan) {
+  const run = runOf(status.campaign, plan);
+  const place = [run ? T.steps.run(run.number, run.of) : T.steps.preflight, plateauText(step, plan)].filter(Boolean).join(", ");
+  return `${place}: ${actionText(status, step, positionOf(status.campaign.step, plan))}`;
+}
+
 /** Process time that is left of the present step; null where the plan cannot say. */
 function leftOfStep_s({ campaign }, plan) {
   const later_s = plan.steps.slice(campaign.step + 1).reduce((sum, step) => sum + step.estimate_s, 0);
@@ -120,15 +127,10 @@ export function stepText(status, plan) {
   if (!campaign) return T.steps.inState(stateText(status));
   const step = plan?.steps[campaign.step];
   if (state === "finished") return T.steps.allDone;
-  if (["aborted", "failed", "interrupted"].includes(state)) {
-    return T.steps.stoppedAt(campaign.step_text, step ? actionText(status, step, positionOf(campaign.step, plan)) : null);
-  }
-  if (!step) return campaign.step_text;
-  const run = runOf(campaign, plan);
-  const place = [run ? T.steps.run(run.number, run.of) : T.steps.preflight, plateauText(step, plan)].filter(Boolean).join(", ");
-  const left_s = prompt || state !== "running" && state !== "preflight" ? null : leftOfStep_s(status, plan);
-  const left = left_s !== null && left_s >= 1 ? `, ${shortDuration(left_s)}` : "";
-  return `${place}: ${actionText(status, step, positionOf(campaign.step, plan))}${left}`;
+  const text = step ? placeAndAction(status, step, plan) : campaign.step_text;
+  if (["aborted", "failed", "interrupted"].includes(state)) return T.steps.stoppedAt(text);
+  const left_s = !step || prompt || state !== "running" && state !== "preflight" ? null : leftOfStep_s(status, plan);
+  return `${text}${left_s !== null && left_s >= 1 ? `, ${shortDuration(left_s)}` : ""}`;
 }
 
 /**

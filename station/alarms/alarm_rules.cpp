@@ -213,13 +213,12 @@ void add_stopping(const Seen& seen, const std::string& campaign, std::vector<Ala
                       std::nullopt, false});
     return;
   }
-  const bool resumes = seen.at("/resumes_by_itself") == true;
+  const bool can_go_on = ending.is_object() && ending.at("outcome") != "aborted";
+  std::string_view action = "Do what is named here, if anything is.";
+  if (can_go_on) action = "Do what is named here, if anything is. Resume continues it once the station is safe.";
+  if (seen.at("/resumes_by_itself") == true) action = "It then goes on by itself: abort it to stop that.";
   alarms.push_back({"campaign_ended", campaign, kAlarm, "The campaign has ended: the station is being made safe",
-                    fmt::format("{} {}",
-                                resumes ? "It then goes on by itself: abort it to stop that."
-                                        : "Do what is named here, if anything is.",
-                                kDoorStaysClosed),
-                    reason});
+                    fmt::format("{} {}", action, kDoorStaysClosed), reason});
 }
 
 void add_interrupted(const Seen& seen, const std::string& campaign, std::vector<Alarm>& alarms) {

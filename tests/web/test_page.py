@@ -163,10 +163,15 @@ class Page(PageTest):
         self.hidden("#lost")
         self.station.tell("stop")
         self.see("#lost", "No connection to soakd")
+        self.see("#lost", "If soakd is dead, nobody drives the chamber: go and look")
+        self.assertEqual(self.browser.run("return document.querySelector('#door').dataset.lamp"), "unknown")
+        self.see("#door-text", "no connection to soakd")
+        self.assertNotIn("°C", self.browser.run("return document.querySelector('#door-text').innerText"))  # what it said last
         self.assertTrue(self.browser.run("return document.querySelector('#pause').disabled"))
         self.station.tell("log while nobody looked")
         self.station.tell("start")
         self.hidden("#lost")
+        self.see("#door-text", "°C")
         self.see("#log", "while nobody looked")
         self.browser.wait("return !document.querySelector('#pause').disabled")
 

@@ -128,8 +128,9 @@ class AfterABreak(StationTest):
 
     def test_what_is_to_be_done_is_told_while_a_station_that_began_again_makes_itself_safe(self):
         reason = "soakd ended during the campaign; the chamber does not answer: go to the chamber and switch it off by hand"
-        self.broken("stopping", reason=reason, resumable=None)
+        self.broken("stopping", reason=reason, resumable=None, ending={"outcome": "interrupted", "needs_somebody": False})
         self.see("#alerts .alarm", reason)
+        self.see("#alerts .alarm .action", "Resume continues it once the station is safe")
         self.see("#progress-card #reason", reason)
         self.see("#state", "stopping")
         self.assertNotIn("null", self.text("#progress-card"))
@@ -212,6 +213,7 @@ class Alarms(StationTest):
         self.station.set("/ending", {"outcome": "aborted", "needs_somebody": False})
         self.station.set("/state", "stopping")
         self.see("#alerts .warning", "aborted")
+        self.assertNotIn("Resume", self.text("#alerts"))
         self.browser.wait("return document.querySelectorAll('#alerts .alarm').length === 0")
         for ending, alarms in (({"outcome": "aborted", "needs_somebody": True}, 2), ({"outcome": "failed", "needs_somebody": False}, 1),
                                ({"outcome": "interrupted", "needs_somebody": False}, 1), (None, 1)):
@@ -219,6 +221,7 @@ class Alarms(StationTest):
             self.browser.wait("return document.querySelectorAll('#alerts .alarm').length === 0")
             self.station.set("/ending", ending)
             self.browser.wait("return document.querySelectorAll('#alerts .alarm').length === arguments[0]", alarms)
+            self.assertEqual("Resume" in self.text("#alerts"), ending is not None and ending["outcome"] != "aborted", ending)
         self.station.set("/ending", {"outcome": "aborted", "needs_somebody": False})
         self.browser.wait("return document.querySelectorAll('#alerts .alarm').length === 0")
         self.station.set("/chamber/alarms", ["over-temperature"])
@@ -386,6 +389,10 @@ class Step(StationTest):
         self.see("#step-text", "Run 2 of 2, 40 °C (3 of 3): recording, −Z up, 6 min")
         set_step(self.station, self.plan, "check", run=0)
         self.see("#step-text", "Pre-flight: units are checked")
+        set_step(self.station, self.plan, "wait_stable", run=1, visit=1)
+        self.station.set("/campaign/step_text", "R01 visit 1, -20 °C down: wait until settled, at most 7200 s")
+        self.station.set("/state", "interrupted")
+        self.see("#step-text", "Stopped at: Run 1 of 2, −20 °C (2 of 3): units settling")
 
     def test_the_end_is_a_time_of_day_by_the_stations_clock(self):
         left_s = set_step(self.station, self.plan, "wait_stable", run=1, visit=1)
