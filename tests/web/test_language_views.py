@@ -184,7 +184,7 @@ class Units(Views):
     def test_a_reference_with_its_date_and_numbers_and_what_retires_it(self):
         self.go("de", "records")
         rows = self.browser.run("return [...document.querySelectorAll('#references tbody tr')].map((row) => row.innerText)")
-        for row, parts in zip(sorted(rows), (("Waagrechte Lage", "abgelaufen", "02.03.2025", "0,0125 °"), ("Örtliche Fallbeschleunigung", "gültig", "02.03.2099", "9,8123 m/s²", "0,001 m/s²"))):
+        for row, parts in zip(sorted(rows), (("Horizontierung", "abgelaufen", "02.03.2025", "0,0125 °"), ("Örtliche Fallbeschleunigung", "gültig", "02.03.2099", "9,8123 m/s²", "0,001 m/s²"))):
             for part in parts:
                 self.assertIn(part, row)
         self.assert_two_languages("records", "document.querySelector('#references button').click()")
