@@ -214,10 +214,13 @@ class Week(LabTest):
         self.choose("#unit-campaign", "check")
         self.click("#unit-verify")
         self.browser.wait("return document.querySelectorAll('#unit-jobs li').length === 2")
-        self.see("#unit-verdict", "campaign check, by Eva")  # its type states no limits: it is told, not judged
+        self.see("#unit-verdict", "campaign check, by Eva")
         self.click("#unit-report")
         self.see("#unit-jobs", f"{SERIAL}.html")
         self.click("#unit-simulated")
+        self.click("#unit-export")
+        self.see("#unit-jobs", f"{SERIAL}.unreleased.soakcal")
+        self.lab.soak("release", "--unit", SERIAL)  # the page has no button for it
         self.click("#unit-export")
         self.see("#unit-jobs", f"{SERIAL}.soakcal")
         self.click(f"#unit-jobs a[download='{SERIAL}.soakcal']")
@@ -262,7 +265,8 @@ class Week(LabTest):
         self.lab.soak("events", "verify")
         by_eva = self.query("SELECT kind, text FROM event WHERE user = 'Eva' ORDER BY ordinal")
         self.assertIn("reference_added", [kind for kind, _ in by_eva])
-        self.assertEqual([text for kind, text in by_eva if kind == "job_started"], ["fit", "verify against check", "report", "export as blob", "fit", "gap_find", "gap_accept of sensor_lag", "gap_show", "fit"])
+        self.assertEqual([text for kind, text in by_eva if kind == "job_started"], ["fit", "verify against check", "report", "export as blob", "export as blob", "fit",
+                                                                                           "gap_find", "gap_accept of sensor_lag", "gap_show", "fit"])
         self.assertEqual(self.browser.console(), [])
 
 
