@@ -60,6 +60,15 @@ void solve_lower_in_place(const Eigen::MatrixXd& lower, Eigen::Ref<Eigen::Matrix
   lower.triangularView<Eigen::Lower>().solveInPlace(b);
 }
 
+Eigen::MatrixXd solve_upper(const Eigen::MatrixXd& upper, const Eigen::MatrixXd& b) {
+  return upper.triangularView<Eigen::Upper>().solve(b);
+}
+
+Eigen::MatrixXd upper_of_qr(const Eigen::MatrixXd& a) {
+  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(a);
+  return qr.matrixQR().topRows(a.cols()).triangularView<Eigen::Upper>();
+}
+
 Eigen::VectorXd solve_pivoted_qr(const Eigen::MatrixXd& a, const Eigen::VectorXd& b) {
   return a.colPivHouseholderQr().solve(b);
 }

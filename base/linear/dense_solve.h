@@ -51,6 +51,9 @@ class Ldlt {
 [[nodiscard]] Eigen::MatrixXd solve_lower(const Eigen::MatrixXd& lower, const Eigen::MatrixXd& b);
 void solve_lower_in_place(const Eigen::MatrixXd& lower, Eigen::Ref<Eigen::MatrixXd> b);
 
+/// u^-1 b for an upper triangular u.
+[[nodiscard]] Eigen::MatrixXd solve_upper(const Eigen::MatrixXd& upper, const Eigen::MatrixXd& b);
+
 /// a = vectors diag(values) vectors^T, values rising.
 struct SymmetricEigen {
   Eigen::VectorXd values;
@@ -62,8 +65,6 @@ struct SymmetricEigen2 {
   Eigen::Matrix2d vectors;
 };
 [[nodiscard]] SymmetricEigen2 symmetric_eigen(const Eigen::Matrix2d& a);
-/// a v = value b v with v^T b v = 1, b positive definite; values rising.
-[[nodiscard]] SymmetricEigen generalized_eigen(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b);
 
 // --- Least squares, min ||a x - b||.
 
@@ -71,7 +72,10 @@ struct SymmetricEigen2 {
 [[nodiscard]] Eigen::VectorXd solve_pivoted_qr(const Eigen::MatrixXd& a, const Eigen::VectorXd& b);
 [[nodiscard]] Eigen::Vector4d solve_pivoted_qr(const Eigen::MatrixX4d& a, const Eigen::VectorXd& b);
 
-/// Q^T b of that QR: its squares from `rank` on are what least squares leaves.
+/// R of the Householder QR without pivoting, a = Q R, columns x columns; a has at least as many rows as columns.
+[[nodiscard]] Eigen::MatrixXd upper_of_qr(const Eigen::MatrixXd& a);
+
+/// Q^T b of the pivoted QR: its squares from `rank` on are what least squares leaves.
 struct TurnedByQr {
   Eigen::Index rank = 0;
   Eigen::VectorXd turned;

@@ -16,11 +16,6 @@ SymmetricEigen2 symmetric_eigen(const Eigen::Matrix2d& a) {
   return {solver.eigenvalues(), solver.eigenvectors()};
 }
 
-SymmetricEigen generalized_eigen(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
-  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> solver(a, b);
-  return {solver.eigenvalues(), solver.eigenvectors()};
-}
-
 Svd thin_svd(const Eigen::MatrixXd& a) {
   const Eigen::JacobiSVD<Eigen::MatrixXd> svd(a, Eigen::ComputeThinU | Eigen::ComputeThinV);
   return {svd.matrixU(), svd.singularValues(), svd.matrixV()};

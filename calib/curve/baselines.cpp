@@ -16,6 +16,11 @@ namespace {
 constexpr double kClusterApart_c = 0.5;
 constexpr std::size_t kMostKnots = 40;
 constexpr int kHermitePieces = 64;
+/// Least share of the rows in a direction's information and curvature from which they determine it: less is rounding.
+constexpr double kDetermined = 1e-12;
+/// The same for a direction that the least smoothness may be chosen for: rows that know next to nothing of it would
+/// else win the curve over to their noise there.
+constexpr double kWellDetermined = 1e-4;
 
 struct TempRange {
   double low;
@@ -76,8 +81,8 @@ SplineCurve polynomial_pieces(const Eigen::VectorXd& c, double centre, double ha
 /// Natural cubic spline as a linear function of its values at the knots (Green & Silverman 1994, §2.1).
 struct NaturalSpline {
   std::vector<double> knots;
-  Eigen::MatrixXd second;   ///< second derivatives at the knots from the values there (0 at both ends)
-  Eigen::MatrixXd penalty;  ///< ∫ f″² = gᵀ penalty g
+  Eigen::MatrixXd second;     ///< second derivatives at the knots from the values there (0 at both ends)
+  Eigen::MatrixXd curvature;  ///< ∫ f″² = ||curvature g||²
 
   explicit NaturalSpline(std::vector<double> at) : knots(std::move(at)) {
     const auto k = static_cast<Eigen::Index>(knots.size());
@@ -93,10 +98,10 @@ struct NaturalSpline {
       r(j - 1, j - 1) = (h(j - 1) + h(j)) / 3.0;
       if (j + 2 < k) r(j - 1, j) = r(j, j - 1) = h(j) / 6.0;
     }
-    const Eigen::MatrixXd inner = base::solve_ldlt(r, Eigen::MatrixXd(q.transpose()));
+    // R γ = Qᵀg and ∫ f″² = γᵀRγ, R = LLᵀ.
+    curvature = base::solve_lower(base::cholesky(r), Eigen::MatrixXd(q.transpose()));
     second = Eigen::MatrixXd::Zero(k, k);
-    second.middleRows(1, k - 2) = inner;
-    penalty = q * inner;
+    second.middleRows(1, k - 2) = base::solve_ldlt(r, Eigen::MatrixXd(q.transpose()));
   }
 
   [[nodiscard]] std::size_t piece_of(double t) const {
@@ -146,30 +151,66 @@ struct NaturalSpline {
 };
 
 /// Penalised least squares diagonalised once (Demmler-Reinsch), so that each smoothness costs a pass over the knots.
+///
+/// Columns v diagonalise what the rows A know and the curvature L of the spline together, with ||Av||² + β||Lv||² = 1,
+/// by way of the QR decomposition of both, one above the other (Van Loan's generalised singular values): a direction
+/// that no row determines, as the level of temperatures that only runs with a free offset have visited, is as well
+/// conditioned as any other, and the curve is smoothest there. β makes both as large; a smoothness λ stands for βλ.
 struct Smoother {
-  Eigen::MatrixXd vectors;  ///< columns v with vᵀAᵀAv = 1 and vᵀPv = roughness
-  Eigen::VectorXd roughness;
-  Eigen::VectorXd projection;  ///< vectorsᵀAᵀy
+  Eigen::MatrixXd vectors;
+  Eigen::ArrayXd information;  ///< ||Av||², 0 where no row determines v
+  Eigen::ArrayXd roughness;    ///< β||Lv||²
+  Eigen::ArrayXd projection;   ///< vᵀAᵀy
   double total = 0.0;          ///< yᵀy
   double rows = 0.0;
+  double free_level = 0.0;  ///< parameters outside the columns: 1 if free group offsets leave the level to choice
 
-  [[nodiscard]] Eigen::VectorXd shrinkage(double lambda) const {
-    return (1.0 + lambda * roughness.array()).inverse().matrix();
+  /// weight: that of all rows.
+  Smoother(const Eigen::MatrixXd& a, const Eigen::VectorXd& y, const NaturalSpline& spline, double weight)
+      : total(y.squaredNorm()), rows(static_cast<double>(y.size())) {
+    const Eigen::Index k = a.cols();
+    Eigen::MatrixXd both = Eigen::MatrixXd::Zero(a.rows() + k, k);
+    both.topRows(a.rows()) = a;
+    both.middleRows(a.rows(), k - 2) = std::sqrt(weight) / spline.curvature.norm() * spline.curvature;
+    // Level and slope cost no curvature. Where no row determines them, they are 0 in the mean over the knots.
+    const Eigen::VectorXd level = Eigen::VectorXd::Constant(k, 1.0 / std::sqrt(static_cast<double>(k)));
+    const Eigen::VectorXd temps = as_vector(spline.knots);
+    const Eigen::VectorXd slope = (temps.array() - temps.mean()).matrix().normalized();
+    const auto unknown = [&](const Eigen::VectorXd& v) { return (a * v).squaredNorm() <= kDetermined * weight; };
+    if (unknown(level)) {
+      free_level = 1.0;
+      both.row(both.rows() - 2) = std::sqrt(weight) * level.transpose();
+    }
+    if (unknown(slope)) both.row(both.rows() - 1) = std::sqrt(weight) * slope.transpose();
+    const Eigen::MatrixXd upper = base::upper_of_qr(both);
+    const Eigen::MatrixXd known = base::solve_lower(upper.transpose(), Eigen::MatrixXd(a.transpose()));
+    const base::SymmetricEigen eigen = base::symmetric_eigen(Eigen::MatrixXd(known * known.transpose()));
+    information = (eigen.values.array() > kDetermined).select(eigen.values.array().min(1.0), 0.0);
+    roughness = 1.0 - information;
+    projection = (information > 0.0).select((eigen.vectors.transpose() * (known * y)).array(), 0.0);
+    vectors = base::solve_upper(upper, eigen.vectors);
   }
+
+  [[nodiscard]] Eigen::ArrayXd inverse(double lambda) const { return (information + lambda * roughness).inverse(); }
+  /// Effective number of parameters: trace of the smoother.
+  [[nodiscard]] double parameters(double lambda) const { return free_level + (information * inverse(lambda)).sum(); }
   [[nodiscard]] double rss(double lambda) const {
-    const Eigen::ArrayXd s = shrinkage(lambda).array();
-    return std::max(0.0, total - (projection.array().square() * s * (2.0 - s)).sum());
+    const Eigen::ArrayXd d = inverse(lambda);
+    return std::max(0.0, total - (projection.square() * d * (2.0 - information * d)).sum());
   }
   [[nodiscard]] double gcv(double lambda) const {
-    const double left = rows - shrinkage(lambda).sum();
+    const double left = rows - parameters(lambda);
     return left <= 0.5 ? std::numeric_limits<double>::infinity() : rows * rss(lambda) / (left * left);
   }
 };
 
 double best_smoothness(const Smoother& smoother) {
   double largest = 0.0;
-  for (const double r : smoother.roughness) largest = std::max(largest, r);
-  if (largest <= 0.0) return 0.0;
+  for (Eigen::Index i = 0; i < smoother.roughness.size(); ++i) {
+    if (smoother.information[i] < kWellDetermined) continue;
+    largest = std::max(largest, smoother.roughness[i] / smoother.information[i]);
+  }
+  if (largest <= 0.0) return 1.0;  // a straight line, whatever the smoothness
   double best = 0.0;
   double best_gcv = std::numeric_limits<double>::infinity();
   for (double exponent = -4.0; exponent <= 12.0; exponent += 0.125) {
@@ -254,25 +295,15 @@ base::Result<FittedCurve> fit_smoothing_spline(const anfis::TrainingData& data) 
   whitening.apply(a);
   whitening.apply(y);
 
-  Eigen::MatrixXd gram = a.transpose() * a;
-  // A level that free group offsets leave undetermined would make the decomposition fail.
-  gram.diagonal().array() += 1e-10 * gram.diagonal().mean();
-  const base::SymmetricEigen eigen = base::generalized_eigen(spline.penalty, gram);
-  Smoother smoother;
-  smoother.vectors = eigen.vectors;
-  smoother.roughness = eigen.values.cwiseMax(0.0);
-  smoother.projection = smoother.vectors.transpose() * (a.transpose() * y.col(0));
-  smoother.total = y.col(0).squaredNorm();
-  smoother.rows = static_cast<double>(data.rows());
+  const Smoother smoother(a, y.col(0), spline, whitening.total_weight());
   const double lambda = best_smoothness(smoother);
-
-  const Eigen::VectorXd shrinkage = smoother.shrinkage(lambda);
-  const Eigen::VectorXd g = smoother.vectors * shrinkage.cwiseProduct(smoother.projection);
+  const Eigen::ArrayXd inverse = smoother.inverse(lambda);
+  const Eigen::VectorXd g = smoother.vectors * (inverse * smoother.projection).matrix();
   FittedCurve result;
   result.curve = spline.pieces(g);
-  result.parameters = shrinkage.sum();
+  result.parameters = smoother.parameters(lambda);
   result.whitened_rss = (y.col(0) - a * g).squaredNorm();
-  const Eigen::MatrixXd factor = smoother.vectors * shrinkage.cwiseSqrt().asDiagonal();
+  const Eigen::MatrixXd factor = smoother.vectors * inverse.sqrt().matrix().asDiagonal();
   result.variance = [spline, factor](double t) { return (factor.transpose() * spline.row(t)).squaredNorm(); };
   return result;
 }

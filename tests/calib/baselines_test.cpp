@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "base/random.h"
 
@@ -85,6 +86,51 @@ TEST(SmoothingSpline, IsTwiceContinuouslyDifferentiable) {
     EXPECT_NEAR(a[1] + h * (2 * a[2] + 3 * h * a[3]), b[1], 1e-9);
     EXPECT_NEAR(2 * a[2] + 6 * h * a[3], 2 * b[2], 1e-9);
   }
+}
+
+/// Two runs at 25 and 35 °C only, four at 10, 20, 30 and 40 °C, each with an offset of its own: how high the one stand
+/// above the others, nothing says but that the curve is smooth.
+anfis::TrainingData interleaved_runs(double (*f)(double), double noise, std::uint64_t seed) {
+  anfis::TrainingData data;
+  base::Random random(seed);
+  for (int run = 0; run < 6; ++run) {
+    const double offset = 100.0 * noise * random.gaussian();
+    const std::vector<double> plateaus =
+        run < 2 ? std::vector<double>{25, 35} : std::vector<double>{10, 20, 30, 40, 30};
+    for (const double plateau : plateaus) {
+      data.x.push_back(plateau + 0.005 * random.gaussian());
+      data.y.push_back(f(data.x.back()) + offset + noise * random.gaussian());
+      data.weight.push_back(1.0 / (noise * noise));
+      data.group.push_back(run);
+    }
+  }
+  data.group_variance = std::numeric_limits<double>::infinity();
+  return data;
+}
+
+TEST(SmoothingSpline, IsSmoothWhereOnlyRunsOfFreeOffsetHaveBeen) {
+  const auto straight = [](double t) { return 0.042 - 7e-3 * t; };
+  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+    for (const double noise : {1e-6, 1e-5, 1e-4, 1e-3}) {
+      const auto fit = fit_smoothing_spline(interleaved_runs(straight, noise, seed));
+      ASSERT_TRUE(fit);
+      const auto off = [&](double t) { return evaluate(fit->curve, t) - straight(t); };
+      EXPECT_LT(std::abs(off(25) + off(35) - off(20) - off(30)), 30.0 * noise) << "seed " << seed << " noise " << noise;
+      EXPECT_LT(fit->parameters, 5.5);  // six temperatures, of which the level of two is not seen
+    }
+  }
+}
+
+TEST(SmoothingSpline, IsFlatWhereEachRunOfFreeOffsetHasSeenOneTemperature) {
+  anfis::TrainingData data;
+  data.x = {0, 10, 20, 30};
+  data.y = {1.0, 3.0, -2.0, 5.0};
+  data.weight = {1e4, 1e4, 1e4, 1e4};
+  data.group = {0, 1, 2, 3};
+  data.group_variance = std::numeric_limits<double>::infinity();
+  const auto fit = fit_smoothing_spline(data);
+  ASSERT_TRUE(fit);
+  for (const double t : {0.0, 12.0, 30.0}) EXPECT_NEAR(evaluate(fit->curve, t), 0.0, 1e-6);
 }
 
 TEST(SmoothingSpline, BandCoversTheTruthOnAverage) {
