@@ -19,9 +19,6 @@ constexpr double kRestSpeed_mps = 0.3;
 constexpr double kRestMargin_s = 1.0;
 /// The specific force at the start in motion is a mean over so long to both sides.
 constexpr double kHalfWindow_s = 0.5;
-/// How well the horizontal rotation of the Earth must be read to find north.
-constexpr double kEarthRateShare = 0.2;
-
 double speed_mps(const GnssFix& fix) { return std::hypot(fix.velocity_mps.x(), fix.velocity_mps.y()); }
 
 struct Means {
@@ -94,25 +91,6 @@ double end_of_rest_s(const Drive& drive) {
 
 Euler leveled(const Vector3d& f) {
   return {0.0, std::atan2(f.y(), std::hypot(f.x(), f.z())), std::atan2(-f.x(), f.z())};
-}
-
-base::Result<Quaternion> gyrocompassed(const Vector3d& mean_rate_rps, const Vector3d& mean_force_mps2,
-                                       double latitude_rad) {
-  const Vector3d up = mean_force_mps2.normalized();
-  // ω × up = Ω cos(latitude) east
-  const Vector3d east = cross(mean_rate_rps, up);
-  const double horizontal_rps = earth_rate_rps(latitude_rad).y();
-  if (std::abs(east.norm() - horizontal_rps) > kEarthRateShare * horizontal_rps) {
-    return base::bad_input(
-        fmt::format("the horizontal rate at rest is {:.3g} rad/s, that of the Earth is {:.3g} rad/s: gyros that find "
-                    "north must read it within 20 %",
-                    east.norm(), horizontal_rps));
-  }
-  Matrix3d level_to_body;
-  level_to_body.col(0) = east.normalized();
-  level_to_body.col(2) = up;
-  level_to_body.col(1) = cross(up, level_to_body.col(0));
-  return quaternion_of(level_to_body.transpose());
 }
 
 base::Result<Start> align(const Drive& drive, const AlignmentOptions& options) {

@@ -13,11 +13,6 @@ namespace soak::nav {
 /// Pitch and roll of a unit at rest from its mean specific force in m/s²; heading 0.
 [[nodiscard]] Euler leveled(const Eigen::Vector3d& mean_force_mps2);
 
-/// Attitude of a unit at rest from its mean readings: gravity is up, and the Earth turns from west to east. Refuses
-/// (bad_input) rates whose horizontal part is not that of the Earth within 20 %: such gyros cannot find north.
-[[nodiscard]] base::Result<Quaternion> gyrocompassed(const Eigen::Vector3d& mean_rate_rps,
-                                                     const Eigen::Vector3d& mean_force_mps2, double latitude_rad);
-
 /// When the rest at the beginning of a drive ends: 1 s before the first fix faster than 0.3 m/s. The time of the first
 /// sample where there is no rest.
 [[nodiscard]] double end_of_rest_s(const Drive& drive);

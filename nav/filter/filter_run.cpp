@@ -2,35 +2,8 @@
 #include "nav/filter/filter_run.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace soak::nav {
-namespace {
-
-using Eigen::Vector3d;
-
-/// Whether the largest standard deviations of the window's readings lie within the limits.
-bool stands(const std::deque<const ImuSample*>& window, const Standstill& limits) {
-  Vector3d rate = Vector3d::Zero();
-  Vector3d force = Vector3d::Zero();
-  for (const ImuSample* sample : window) {
-    rate += sample->rate_rps;
-    force += sample->force_mps2;
-  }
-  const auto count = static_cast<double>(window.size());
-  rate /= count;
-  force /= count;
-  Vector3d rate_squares = Vector3d::Zero();
-  Vector3d force_squares = Vector3d::Zero();
-  for (const ImuSample* sample : window) {
-    rate_squares += (sample->rate_rps - rate).cwiseAbs2();
-    force_squares += (sample->force_mps2 - force).cwiseAbs2();
-  }
-  return std::sqrt(rate_squares.maxCoeff() / count) < limits.rate_sigma_rps &&
-         std::sqrt(force_squares.maxCoeff() / count) < limits.force_sigma_mps2;
-}
-
-}  // namespace
 
 FilterRun::FilterRun(const Drive& drive, const Start& start, const FilterOptions& options)
     : drive_(drive),
@@ -51,9 +24,9 @@ FilterRun::FilterRun(const FilterRun& so_far, const Drive& drive)
       next_constraint_s_(so_far.next_constraint_s_) {}
 
 void FilterRun::watch_standstill(const ImuSample& sample) {
-  if (!window_.empty() && window_.back() == &sample) return;
-  window_.push_back(&sample);
-  if (sample.t_s - window_.front()->t_s < options_.standstill->window_s) return;
+  if (!window_.empty() && window_.back().t_s == sample.t_s) return;
+  window_.push_back(sample);
+  if (sample.t_s - window_.front().t_s < options_.standstill->window_s) return;
   if (stands(window_, *options_.standstill)) filter_.update_standstill(options_.standstill->velocity_sigma_mps);
   window_.clear();
 }

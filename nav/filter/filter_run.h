@@ -2,9 +2,9 @@
 #pragma once
 
 #include <cstddef>
-#include <deque>
 #include <functional>
 #include <optional>
+#include <vector>
 
 #include "base/result.h"
 #include "nav/drive/drive.h"
@@ -49,7 +49,7 @@ class FilterRun {
   ImuFeed feed_;
   std::size_t next_fix_ = 0;
   double next_constraint_s_;
-  std::deque<const ImuSample*> window_;  ///< the last samples, for the search of standstill
+  std::vector<ImuSample> window_;  ///< the last samples, for the search of standstill
 };
 
 }  // namespace soak::nav

@@ -9,6 +9,7 @@
 
 #include "nav/drive/drive.h"
 #include "nav/filter/sensor_model.h"
+#include "nav/filter/standstill.h"
 #include "nav/filter/transition.h"
 #include "nav/inertial/mechanization.h"
 
@@ -30,14 +31,6 @@ struct Start {
 struct NonHolonomic {
   double sigma_mps = 0.2;   ///< of each of the two
   double interval_s = 0.1;  ///< between two such updates
-};
-
-/// The vehicle stands where over the last `window_s` the readings scatter less than this.
-struct Standstill {
-  double window_s = 1.0;
-  double rate_sigma_rps = 0.0;       ///< largest standard deviation of any gyro
-  double force_sigma_mps2 = 0.0;     ///< largest standard deviation of any accelerometer
-  double velocity_sigma_mps = 0.02;  ///< of the velocity 0 that is then taken for measured
 };
 
 /// What a filter takes for granted.

@@ -6,6 +6,7 @@
 
 #include "anfis/data/training_data.h"
 #include "anfis/select/fuzzy_ols.h"
+#include "base/statistics.h"
 
 namespace soak::nav {
 namespace {
@@ -13,7 +14,8 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr std::size_t kFewestOutages = 4;
-constexpr double kStandardErrors = 2.0;
+/// That what is believed does carry: two-sided, by Student's t.
+constexpr double kConfidence = 0.95;
 /// Consequents begin as they were learnt off line: one outage must not overturn what many have taught.
 constexpr double kInitialCovariance = 3e-3;
 
@@ -160,7 +162,7 @@ bool FollowingErrorModel::carries(std::size_t output) const {
   const auto count = static_cast<double>(scores_.size());
   const double mean = sum / count;
   const double variance = std::max(0.0, squares / count - mean * mean) / (count - 1.0);
-  return mean > kStandardErrors * std::sqrt(variance);
+  return mean > base::student_t_two_sided(kConfidence, count - 1.0) * std::sqrt(variance);
 }
 
 ExpectedError FollowingErrorModel::expected(const ErrorInputs& inputs) const {

@@ -44,6 +44,7 @@ base::Result<FilterSetup> set_up(const FilterPipeline& parts, const Drive& seen)
   setup.start = *std::move(start);
   if (parts.tune_at_rest) {
     setup.options.sensors = tuned_at_rest(setup.drive, setup.options.sensors, parts.alignment.heading_sigma_rad);
+    setup.options.standstill = standstill_at_rest(setup.drive);
   }
   return setup;
 }

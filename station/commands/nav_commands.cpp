@@ -154,6 +154,19 @@ std::vector<std::string> NavOutages::learnt_and_judged() const {
   return both;
 }
 
+/// Drives with readings at temperatures outside the calibration: their names and the shares of such readings.
+json outside_calibration(const std::vector<nav::Drive>& drives, const DeviceCorrection& correction) {
+  json outside = json::array();
+  for (const nav::Drive& drive : drives) {
+    const auto number =
+        std::ranges::count_if(drive.imu, [&](const nav::ImuSample& s) { return correction.is_outside(s.temp_c); });
+    if (number == 0) continue;
+    const double share = static_cast<double>(number) / static_cast<double>(drive.imu.size());
+    outside.push_back({{"drive", drive.name}, {"share", share}});
+  }
+  return outside;
+}
+
 base::Status NavOutages::run(Output& output) {
   if (auto writable = outages.check_file(); !writable) return writable;
   if (!learn.empty() && !needs_learning(also)) {
@@ -180,6 +193,7 @@ base::Status NavOutages::run(Output& output) {
     correction = made->correct;
     more["uncorrected"] = json::array();
     for (const calib::Sensor sensor : made->raw) more["uncorrected"].push_back(calib::name_of(sensor));
+    if (json outside = outside_calibration(drives, *made); !outside.empty()) more["outside_calibration"] = outside;
   }
   auto pipelines = standard_pipelines(correction);
   if (auto status = add_further(also, [this] { return drives_to_learn_from(); }, pipelines); !status) return status;

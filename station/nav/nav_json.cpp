@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <vector>
@@ -79,6 +80,13 @@ std::string with_interval(const json& estimate, double factor, int digits) {
                      factor * estimate["ci95"][1].get<double>(), digits);
 }
 
+/// Names the pipeline with the least mean error at the end of the outages.
+std::string best_sentence(const json& comparison) {
+  const auto error_m = [](const json& pipeline) { return pipeline["horizontal_final_m"]["value"].get<double>(); };
+  const json& best = *std::ranges::min_element(comparison["pipelines"], {}, error_m);
+  return fmt::format("Least error at the end: {}, {:.1f} m.\n", best["name"].get<std::string>(), error_m(best));
+}
+
 }  // namespace
 
 json comparison_json(std::span<const nav::Drive> drives, std::span<const nav::Innovations> fixes,
@@ -106,7 +114,13 @@ json comparison_json(std::span<const nav::Drive> drives, std::span<const nav::In
                                      {"gain", estimate_json(summary.gain)}});
   }
   document["outages"] = json::array();
-  for (const nav::OutageResult& result : results) document["outages"].push_back(outage_json(result, pipelines));
+  bool overlap = false;
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    document["outages"].push_back(outage_json(results[i], pipelines));
+    overlap = overlap || (i > 0 && results[i].drive == results[i - 1].drive &&
+                          results[i].outage.begin_s < results[i - 1].outage.end_s);
+  }
+  document["outages_overlap"] = overlap;
   return document;
 }
 
@@ -120,6 +134,19 @@ std::vector<std::string> outage_remarks(const json& comparison) {
     sentences.push_back(fmt::format(
         "warning: the ANFIS learnt from {}, which it is judged by: its figures say nothing of other drives.",
         fmt::join(both->get<std::vector<std::string>>(), ", ")));
+  }
+  if (const auto outside = comparison.find("outside_calibration"); outside != comparison.end()) {
+    for (const json& drive : *outside) {
+      sentences.push_back(
+          fmt::format("warning: {:.2g} % of the readings of {} were taken at temperatures outside the calibration, and "
+                      "corrected as at the end of its range.",
+                      100.0 * drive["share"].get<double>(), drive["drive"].get<std::string>()));
+    }
+  }
+  if (comparison["outages_overlap"].get<bool>()) {
+    sentences.emplace_back(
+        "warning: outages overlap, which the intervals do not know: they are too narrow. Fewer outages or shorter ones "
+        "do not.");
   }
   for (const json& drive : comparison["drives"]) {
     const json& truth = drive["truth"];
@@ -135,7 +162,7 @@ std::vector<std::string> outage_remarks(const json& comparison) {
 std::string comparison_text(const json& comparison) {
   std::vector<std::vector<std::string>> table = {
       {"pipeline", "RMSE m [95 %]", "error at the end m [95 %]", "less than the first % [95 %]"}};
-  std::string explained;
+  std::string explained = best_sentence(comparison);
   for (const json& pipeline : comparison["pipelines"]) {
     table.push_back({pipeline["name"], with_interval(pipeline["horizontal_rmse_m"], 1.0, 2),
                      with_interval(pipeline["horizontal_final_m"], 1.0, 2), with_interval(pipeline["gain"], 100.0, 1)});

@@ -63,6 +63,17 @@ std::vector<calib::Sensor> raw_sensors(const soak_cal& runtime) {
   return sensors;
 }
 
+bool is_outside(const soak_cal& runtime, double temp_c) {
+  if (std::isnan(temp_c)) return false;
+  const float raw[calib::kSensorCount] = {};
+  float out[calib::kSensorCount];
+  std::uint32_t flags = 0;
+  if (soak_apply(&runtime, static_cast<float>(temp_c), raw, out, &flags) < SOAK_OK) return false;
+  return std::ranges::any_of(calib::kSensors, [flags](calib::Sensor sensor) {
+    return (flags & SOAK_FLAG_CLAMPED(calib::index_of(sensor))) != 0U;
+  });
+}
+
 }  // namespace
 
 base::Result<std::vector<nav::OutageResult>> run_outages(std::span<const nav::Drive> drives,
@@ -144,7 +155,8 @@ std::vector<nav::Pipeline> standard_pipelines(const std::optional<nav::Correctio
   nav::FilterPipeline physics = raw;
   physics.name = "physics";
   physics.description =
-      "noise from the Allan deviation at rest, scale factors as states, a vehicle that neither slides nor jumps";
+      "noise from the Allan deviation at rest, scale factors as states, a vehicle that neither slides nor jumps and is "
+      "seen to stand";
   physics.filter.scale_states = true;
   physics.filter.non_holonomic = nav::NonHolonomic{};
   physics.tune_at_rest = true;
@@ -168,7 +180,9 @@ base::Result<DeviceCorrection> device_correction(const base::Bytes& file) {
   if (soak_load(&device->runtime, device->file.data(), device->file.size()) != SOAK_OK) {
     return base::corrupt("the deployment runtime cannot load the calibration file");
   }
-  DeviceCorrection made{[device](nav::ImuSample& sample) { correct(*device, sample); }, raw_sensors(device->runtime)};
+  DeviceCorrection made{[device](nav::ImuSample& sample) { correct(*device, sample); },
+                        [device](double temp_c) { return is_outside(device->runtime, temp_c); },
+                        raw_sensors(device->runtime)};
   if (made.raw.size() < calib::kSensorCount) return made;
   return base::bad_input(
       "the calibration file corrects none of the six sensors by the unit's one temperature: a file is needed that "

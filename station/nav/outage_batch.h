@@ -54,6 +54,8 @@ inline constexpr const char* kFurtherPipelines[] = {"wmra", "wmra_batch", "anfis
 /// What a calibration file does to samples.
 struct DeviceCorrection {
   nav::Correction correct;
+  /// Whether the temperature lies outside the calibration of a sensor that is corrected: as at the end of its range.
+  std::function<bool(double temp_c)> is_outside;
   std::vector<calib::Sensor> raw;  ///< sensors that pass through as they are: not in the file, or with thermometers of
                                    ///< their own
 };

@@ -270,6 +270,18 @@ class Outages(SoakTest):
     def test_a_full_calibration_takes_a_thermal_bias_away(self):
         self.expect_the_bias_of_gx_gone(self.drive_with_a_thermal_bias(), self.calibration_file(), [])
 
+    def test_readings_outside_the_calibration_are_told_with_their_share(self):
+        drive, calibration = write_drive(self.folder, temp_c=lambda t: 0.5 * t), self.calibration_file()  # 0 to 100 degC, known to 40
+        document = self.soak_json("nav-outages", "nav", "outages", drive, "--number", 1, "--calibration", calibration)
+        self.assertAlmostEqual(document["outside_calibration"][0]["share"], 0.6, delta=0.03)
+        self.assertIn("outside the calibration", self.soak("nav", "outages", drive, "--number", 1, "--calibration", calibration).stdout)
+
+    def test_outages_that_overlap_are_told(self):
+        drive = write_drive(self.folder, seconds=200)
+        for number, overlap in ((2, False), (8, True)):
+            document = self.soak_json("nav-outages", "nav", "outages", drive, "--number", number, "--first-s", 100)
+            self.assertEqual(document["outages_overlap"], overlap)
+
     def test_a_calibration_of_the_gyros_alone_corrects_these_and_says_what_stays_raw(self):
         drive, calibration = self.drive_with_a_thermal_bias(), self.calibration_file(without="a")
         self.expect_the_bias_of_gx_gone(drive, calibration, ["accel_x", "accel_y", "accel_z"])

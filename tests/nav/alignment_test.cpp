@@ -29,17 +29,6 @@ TEST(Alignment, PitchAndRollComeFromGravity) {
   EXPECT_NEAR(found.roll_rad, -0.4, 1e-14);
 }
 
-TEST(Alignment, GoodGyrosFindNorthAndBadOnesAreRefused) {
-  const double latitude_rad = 51.08 * kRadPerDeg;
-  const Matrix3d r = matrix_of({-2.0, 0.1, 0.05});
-  const Vector3d rate = r.transpose() * earth_rate_rps(latitude_rad);
-  const Vector3d force = r.transpose() * Vector3d(0.0, 0.0, 9.81);
-  const auto found = gyrocompassed(rate, force, latitude_rad);
-  ASSERT_TRUE(found);
-  EXPECT_LT((to_matrix(*found) - r).norm(), 1e-12);
-  EXPECT_FALSE(gyrocompassed(rate + Vector3d(1e-3, 0.0, 0.0), force, latitude_rad));
-}
-
 Drive drive_after(int rest_s, double gyro_white_dps = 0.02) {
   const auto maneuvers = town_drive(100, rest_s, 7);
   Drive drive = Trajectory(kOrigin, 2.5, maneuvers).drive(100, 25, {0.3, 1.0, 0.5});

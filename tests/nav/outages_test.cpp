@@ -235,19 +235,23 @@ TEST(Outages, ACorrectionSeesTheUnitsOwnAxes) {
 }
 
 TEST(Outages, AStopIsSeenAndHoldsTheVelocity) {
-  // At rest from 0 to 20 s, then on, then at rest again: a stand of 30 s without fixes.
-  const std::vector<Maneuver> maneuvers = {{20}, {10, 12.0}, {30, 12.0, 1.0}, {30, 12.0, -2.0}, {10, 0.0}, {40, 0.0}};
+  // At rest from 0 to 25 s, then on, then at rest again: a stand of 30 s without fixes.
+  const std::vector<Maneuver> maneuvers = {{25}, {10, 12.0}, {30, 12.0, 1.0}, {30, 12.0, -2.0}, {10, 0.0}, {40, 0.0}};
   Drive drive = Trajectory(kOrigin, 0.3, maneuvers).drive(50, 50, Vector3d::Zero());
   add_errors(drive.imu, ahrs400ca(), {}, {}, 9);
   drive.gnss = simulated_fixes(drive.truth, 1, {}, 9);
   FilterPipeline standing{"standing", "", {}, {}, {}};
   standing.filter.sensors = typical_mems();
   standing.filter.standstill = Standstill{1.0, 0.5 * kRadPerDeg, 0.1};
-  const std::vector<Pipeline> pipelines = {plain(), filter_pipeline(standing)};
-  const auto result = run_outage(drive, {101.0, 139.0}, pipelines);
+  FilterPipeline tuned = standing;
+  tuned.filter.standstill.reset();
+  tuned.tune_at_rest = true;  // finds such limits itself
+  const std::vector<Pipeline> pipelines = {plain(), filter_pipeline(standing), filter_pipeline(tuned)};
+  const auto result = run_outage(drive, {106.0, 144.0}, pipelines);
   ASSERT_TRUE(result);
   EXPECT_LT(result->pipelines[1].velocity_final_mps.norm(), 0.05);
   EXPECT_LT(result->pipelines[1].horizontal_final_m, 0.2 * result->pipelines[0].horizontal_final_m);
+  EXPECT_LT(result->pipelines[2].velocity_final_mps.norm(), 0.05);
 }
 
 }  // namespace
