@@ -117,7 +117,7 @@ export const text = {
   },
   roles: {
     viewer: "Dieses Konto sieht alles und ändert nichts",
-    operator: "Dieses Konto fährt Kampagnen und beurteilt Prüflinge; Export, Schlüssel, Kalibrierscheine und das Ungültigerklären brauchen die Rolle Ingenieur",
+    operator: "Dieses Konto fährt Kampagnen und beurteilt Prüflinge; Freigabe, Export, Schlüssel, Kalibrierscheine und das Ungültigerklären brauchen die Rolle Ingenieur",
     engineer: "Dieses Konto darf alles",
   },
   roleNames: { viewer: "Betrachter", operator: "Bediener", engineer: "Ingenieur" },

@@ -41,7 +41,7 @@ export const text = {
   },
   roles: {
     viewer: "This account sees everything and changes nothing",
-    operator: "This account runs campaigns and judges units; exports, keys, certificates and withdrawals need the role engineer",
+    operator: "This account runs campaigns and judges units; releases, exports, keys, certificates and withdrawals need the role engineer",
     engineer: "This account may do everything",
   },
   /** Names of the roles (docs/access.md). */
