@@ -43,13 +43,15 @@ export class ReleaseAll {
     $("units-release").disabled = true;
     $("units-title").focus(); // the button is switched off, and may go away
     say($("units-release-news"), U.releaseAll.running);
+    let job = null;
     try {
-      this.#tell(await this.#ended(await post("jobs", { kind: "release_all", user: this.#userName() })));
+      job = await this.#ended(await post("jobs", { kind: "release_all", user: this.#userName() }));
     } catch (error) {
       this.#fail(error.message);
     }
     this.#busy = false;
     await this.#changed();
+    if (job) this.#tell(job);
   }
 
   /** The document of a job at its end. */
