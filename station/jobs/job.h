@@ -18,8 +18,8 @@ inline constexpr std::string_view kReleaseAll = "release_all";
 
 /// What somebody at the page wants to be done with a unit.
 struct JobRequest {
-  std::string
-      kind;  ///< "fit", "verify", "report", "release", kReleaseAll, "export", "gap_find", "gap_accept", "gap_show"
+  /// "fit", "verify", "report", "release", kReleaseAll, "export", "gap_find", "gap_accept", "gap_show"
+  std::string kind;
   std::string unit;        ///< serial number; empty: kReleaseAll
   std::string campaign;    ///< verify: of the fresh runs
   std::string format;      ///< export: one of export_formats()
