@@ -220,7 +220,7 @@ connectViews({
   station: { open: () => Promise.all([startForm.open(), storedCard.open()]) },
   runs: whenAsked(["runs"], loadRunsView),
   run: whenAsked(["runs"], async () => new (await import("./run_view.mjs")).RunView(operator)),
-  units: whenAsked(["units", "runs"], async () => new (await import("./units_view.mjs")).UnitsView()),
+  units: whenAsked(["units", "runs"], async () => new (await import("./units_view.mjs")).UnitsView(userName)),
   unit: whenAsked(["units", "gap", "runs"], async () => new (await import("./unit_view.mjs")).UnitView(userName)),
   fleet: whenAsked(["units", "fleet", "runs"], async () => new (await import("./fleet_view.mjs")).FleetView()),
   events: whenAsked(["events"], async () => new (await import("./events_view.mjs")).EventsView()),

@@ -178,7 +178,7 @@
 /**
  * @typedef {object} Job
  * @property {number} id
- * @property {"fit" | "verify" | "report" | "export" | "gap_find" | "gap_accept" | "gap_show"} kind
+ * @property {"fit" | "verify" | "report" | "release" | "release_all" | "export" | "gap_find" | "gap_accept" | "gap_show"} kind
  * @property {string} unit
  * @property {string | null} campaign
  * @property {string | null} format
@@ -202,7 +202,7 @@
  * @property {number} runs
  * @property {number} to_fit
  * @property {number | null} newest_run_utc_s
- * @property {{version: number, epoch: number, created_utc_s: number} | null} model
+ * @property {{version: number, epoch: number, created_utc_s: number, state: Model["state"]} | null} model
  * @property {string | null} trouble
  * @property {Verdict | null} verdict
  */
@@ -283,9 +283,11 @@
  * @property {number | null} newest_run_utc_s
  * @property {Model | null} model
  * @property {Warning[]} warnings
- * @property {{campaign: string, runs: number}[]} verify_with
+ * @property {{campaign: string, runs: number, purpose: "verification" | "calibration"}[]} verify_with
+ * @property {{campaign: string, runs: number}[]} fitted_to
  * @property {Kept & {warnings: Warning[]} | null} verification
  * @property {{find: Kept | null, show: Kept | null}} gap
+ * @property {{obstacles: string[], expires: string | null} | null} release
  * @property {Job | null} exported
  */
 

@@ -3,7 +3,7 @@
 
 import { $, element, english, say, show, tell } from "./dom.mjs";
 import { clock } from "./format.mjs";
-import { acceptsNext, closedText, evidenceOf, G, gapNextOf, gapText, gapVerdictOf, intervalText, outsideText, sensorsText, shownText, sizeText, small, smallUnitOf } from "./gap_words.mjs";
+import { acceptsNext, closedText, evidenceOf, G, gapNextOf, gapText, gapVerdictOf, intervalText, isAccepted, outsideText, sensorsText, shownText, sizeText, small, smallUnitOf } from "./gap_words.mjs";
 import { heatTable, mapKey } from "./heat_map.mjs";
 import { runningText } from "./job_words.mjs";
 import { sensorText } from "./unit_words.mjs";
@@ -78,10 +78,11 @@ export class GapCard {
   }
 
   #renderSearch({ job: { result }, stale }) {
-    const { title, state } = gapVerdictOf(result.verdict);
-    $("gap-verdict").dataset.state = stale === null ? state : "";
+    const accepted = isAccepted(result, this.#unit.model);
+    const { title, state } = gapVerdictOf(accepted ? "accepted" : result.verdict);
+    $("gap-verdict").dataset.state = accepted || stale === null ? state : "";
     say($("gap-verdict-title"), title);
-    tell($("gap-verdict-text"), gapText(result));
+    tell($("gap-verdict-text"), gapText(result, this.#unit.model));
     say($("gap-reason"), result.reason);
     show($("gap-next-box"), stale === null);
     tell($("gap-next"), gapNextOf(result, carriedBy(this.#unit.model)));

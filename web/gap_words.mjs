@@ -9,7 +9,7 @@ import { sensorText } from "./unit_words.mjs";
 export const G = await textsOf("gap");
 
 /** States of a badge. */
-const VERDICTS = { none: "finished", named: "waiting", unknown: "failed", cannot_judge: "" };
+const VERDICTS = { none: "finished", named: "waiting", accepted: "finished", unknown: "failed", cannot_judge: "" };
 const MOST_PER_CENT = 999; // beyond, a fraction says only that the gap was small
 
 /** {title, state} of a search's verdict. */
@@ -26,10 +26,20 @@ export const sizeText = ({ magnitude, shape }) => `${significant(magnitude.value
 export const sensorsText = (sensors) => (sensors.length === 6 ? G.allSensors : sensors.map(sensorText).join(", "));
 
 /**
- * What the search has found, in one or two sentences.
+ * Whether all that a search of an earlier model has found is in the newest one by now.
+ * @param {any} result
+ * @param {import("./documents.mjs").Model} newest
+ */
+export const isAccepted = ({ verdict, model, effects }, newest) => verdict === "named" && model !== newest.version &&
+  effects.every((effect) => newest.terms.some(({ name }) => name === effect.name));
+
+/**
+ * What the search has found, in one or two sentences; `newest`: the unit's newest model.
  * @returns {import("./dom.mjs").Part[]}
  */
-export function gapText({ verdict, effects, residual_structure: structure }) {
+export function gapText(result, newest) {
+  const { verdict, effects, residual_structure: structure } = result;
+  if (isAccepted(result, newest)) return [G.found.accepted([...new Set(effects.map(({ name }) => name))].map(G.effect), result.model, newest.version)];
   if (verdict === "none") return [G.found.none];
   if (verdict === "unknown") {
     return G.found.unknown(structure ? G.found.follows(structure.axis, sensorsText(structure.sensors)) : []);

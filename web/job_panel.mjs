@@ -4,14 +4,14 @@
 import { get, post } from "./api.mjs";
 import { $, element, say, show, tell } from "./dom.mjs";
 import { clock } from "./format.mjs";
-import { endedText, runningText, verbOf } from "./job_words.mjs";
+import { endedText, madeFrom, runningText, verbOf } from "./job_words.mjs";
 import { badge } from "./runs_view.mjs";
 import { nextOf, U } from "./unit_words.mjs";
 
 const LOOK_AGAIN_MS = 1000;
 const LOOKS_AT_OTHERS = 10; // every so many times where no job is known to run
 const MOST_SHOWN = 8;
-const KINDS = ["fit", "verify", "report", "export"];
+const KINDS = ["fit", "verify", "report", "release", "export"];
 
 export class JobPanel {
   #userName;
@@ -20,7 +20,9 @@ export class JobPanel {
   #serial = null;
   #unit = null; // its document
   #running = null; // the job that is under way, of whatever unit
-  #shown = null; // which jobs are shown, as text; null before the first look
+  #ended = []; // those of this unit that are shown
+  #shown = null; // which these are, as text; null before the first look
+  #lines = ""; // the same, with the models that they were made from
   #looking = false;
   #lookAgain = false; // somebody has asked while an answer was under way
 
@@ -48,7 +50,9 @@ export class JobPanel {
 
   open(serial) {
     this.#serial = serial;
+    this.#ended = [];
     this.#shown = null;
+    this.#lines = "";
     $("unit-jobs").replaceChildren();
     $("unit-jobs").setAttribute("aria-busy", "true");
     show($("job-failure"), false);
@@ -59,17 +63,26 @@ export class JobPanel {
   /** What can be done with a unit as it is. */
   offer(unit) {
     this.#unit = unit;
-    const chosen = $("unit-campaign").value;
-    const choices = unit.verify_with.map(({ campaign, runs }) =>
-      Object.assign(element("option", U.jobs.campaignRuns(campaign, runs)), { value: campaign }));
-    $("unit-campaign").replaceChildren(...choices);
-    if (unit.verify_with.some(({ campaign }) => campaign === chosen)) $("unit-campaign").value = chosen;
-    $("unit-campaign").disabled = choices.length === 0;
+    this.#offerCampaigns(unit);
     const { kind: next } = nextOf(unit);
     for (const kind of KINDS) $(`unit-${kind}`).classList.toggle("primary", kind === next);
-    show($("unit-campaign-none"), unit.model !== null && choices.length === 0);
     show($("unit-simulated-box"), unit.model?.simulated === true);
+    const obstacles = unit.model?.state === "released" ? [] : (unit.release?.obstacles ?? []);
+    tell($("unit-release-why"), obstacles.length > 0 ? [U.jobs.notReleased, { english: `${obstacles.join("; ")}.` }] : []);
+    this.#showEnded();
     this.#enable();
+  }
+
+  /** Those that a fit has seen stand there, too, so that nobody looks for them in vain. */
+  #offerCampaigns({ model, verify_with: fresh, fitted_to: fitted }) {
+    const chosen = $("unit-campaign").value;
+    const option = (text, value, disabled) => Object.assign(element("option", text), { value, disabled });
+    $("unit-campaign").replaceChildren(
+      ...fresh.map(({ campaign, runs, purpose }) => option(U.jobs.campaignRuns(campaign, runs, purpose), campaign, false)),
+      ...fitted.map(({ campaign, runs }) => option(U.jobs.campaignRuns(campaign, runs, "fitted"), campaign, true)));
+    if (fresh.some(({ campaign }) => campaign === chosen)) $("unit-campaign").value = chosen;
+    $("unit-campaign").disabled = fresh.length === 0;
+    show($("unit-campaign-none"), model !== null && fresh.length === 0);
   }
 
   #enable() {
@@ -78,6 +91,7 @@ export class JobPanel {
     $("unit-fit").disabled = busy || this.#unit.to_fit === 0;
     $("unit-verify").disabled = busy || !hasModel || this.#unit.verify_with.length === 0;
     $("unit-report").disabled = busy || !hasModel;
+    $("unit-release").disabled = busy || !hasModel || this.#unit.model.state === "released" || this.#unit.release.obstacles.length > 0;
     $("unit-export").disabled = busy || !hasModel;
     this.#took(busy, this.#running);
   }
@@ -161,12 +175,22 @@ export class JobPanel {
     if (about !== this.#shown) {
       const isFirst = this.#shown === null;
       this.#shown = about;
-      $("unit-jobs").replaceChildren(...own.map(jobLine));
+      this.#ended = own;
+      this.#showEnded();
       tell($("job-news"), isFirst || own.length === 0 ? [] : spoken(own[0]));
       this.#changed(); // also at the first look: one may have ended since the unit was read
     }
     show($("unit-jobs-none"), own.length === 0);
     this.#enable();
+  }
+
+  /** Anew only where they say something else: somebody may be about to press a download. */
+  #showEnded() {
+    const lines = this.#ended.map((job) => ({ job, from: madeFrom(job, this.#unit?.model ?? null) }));
+    const about = lines.map(({ job, from }) => `${job.id} ${from}`).join("\n");
+    if (about === this.#lines) return;
+    this.#lines = about;
+    $("unit-jobs").replaceChildren(...lines.map(({ job, from }) => jobLine(job, from)));
   }
 
   #showRunning() {
@@ -183,7 +207,8 @@ const spoken = (job) => {
   return [`${title}: ${text}. `, { english: why }];
 };
 
-function jobLine(job) {
+/** `from`: as madeFrom() says. */
+function jobLine(job, from) {
   const { title, badge: mark, text } = endedText(job);
   const line = element("li", "");
   line.dataset.state = job.state;
@@ -197,6 +222,7 @@ function jobLine(job) {
     head.append(link);
   }
   line.append(head);
+  if (from) line.append(Object.assign(element("p", from), { className: "why" }));
   if (text) line.append(Object.assign(element("p", text), { className: job.state === "failed" ? "bad" : "why", lang: "en" }));
   return line;
 }

@@ -17,7 +17,8 @@ export const verbOf = (kind) => known(U.jobs.verbs, kind);
  */
 export function runningText(job, now_s) {
   const since = shortDuration(Math.max(0, Math.round(now_s - job.started_utc_s)));
-  return U.jobs.running(known(U.jobs.doing, job.kind), job.unit, since, job.user);
+  const doing = known(U.jobs.doing, job.kind);
+  return job.unit === "" ? U.jobs.runningAll(doing, since, job.user) : U.jobs.running(doing, job.unit, since, job.user);
 }
 
 /** @param {import("./documents.mjs").Job} job */
@@ -26,8 +27,21 @@ const detailOf = ({ kind, campaign, format, effects, sign, result }) => {
   if (kind === "gap_accept") return `${U.jobs.ofEffects(effects.map(G.effect).join(", "))}${made}`;
   if (kind === "verify") return U.jobs.against(campaign);
   if (kind === "export") return `${U.jobs.as(known(U.formats, format))}${sign ? U.jobs.signed(result?.key_id) : ""}`;
-  return kind === "fit" ? made : "";
+  return kind === "fit" || kind === "release" ? made : "";
 };
+
+/**
+ * Which model a file was made from, and whether that is still the newest as it is now; "" where it was made from none.
+ * @param {import("./documents.mjs").Job} job
+ * @param {import("./documents.mjs").Model | null} newest
+ */
+export function madeFrom({ kind, state, result }, newest) {
+  const version = result?.model ?? null;
+  if (state !== "done" || version === null || (kind !== "report" && kind !== "export")) return "";
+  if (newest !== null && newest.version !== version) return U.jobs.madeFromOlder(version, newest.version);
+  const isMarked = result.unreleased === true;
+  return isMarked && newest?.state === "released" ? U.jobs.madeBeforeRelease(version) : U.jobs.madeFrom(version);
+}
 
 /**
  * What a job that has ended did: {title, badge, text}; `text` is why not, or what came of it, in the station's words.

@@ -3,8 +3,8 @@
 
 import { AllanChart } from "./allan_chart.mjs";
 import { get } from "./api.mjs";
-import { $, say, show } from "./dom.mjs";
-import { count, significant } from "./format.mjs";
+import { $, say, show, tell } from "./dom.mjs";
+import { count, significant, written } from "./format.mjs";
 import { T } from "./text.mjs";
 
 const AGAIN_MS = 10000;
@@ -13,6 +13,8 @@ export class NoiseCard {
   #chart = new AllanChart($("noise-chart"), $("noise-legend"));
   #status = null;
   #noise = null;
+  #failure = ""; // why the station did not answer
+  #types = null; // of units, once they are known
   #about = ""; // which unit and run were asked for last
   #askedAt = 0;
   #grows = false; // something has been recorded since then, or was being: the answer was not the last word
@@ -65,20 +67,42 @@ export class NoiseCard {
 
   async #load(serial) {
     this.#loading = true;
+    this.#failure = "";
     try {
+      this.#types ??= (await get("types")).types;
       this.#noise = serial ? await get(`noise?unit=${encodeURIComponent(serial)}`) : null;
     } catch (error) {
       console.warn("no noise:", error.message); // asked again with the next recording
       this.#noise = null;
+      this.#failure = error.message;
     }
     this.#loading = false;
     this.#render();
   }
 
   #render() {
-    this.#chart.show(this.#noise, $("noise-accel").checked ? "accel" : "gyro");
+    const kind = $("noise-accel").checked ? "accel" : "gyro";
+    this.#chart.show(this.#noise, kind);
     show($("noise-empty"), this.#chart.empty);
-    const { samples, rate_hz } = this.#noise ?? {};
+    tell($("noise-empty"), this.#whyEmpty());
+    const { samples, rate_hz, tau_s } = this.#noise ?? {};
     say($("noise-samples"), this.#chart.empty ? "" : T.noise.samples(count(samples), significant(rate_hz, 3)));
+    say($("noise-reach"), this.#chart.empty ? "" : T.noise.reach(significant(tau_s.at(-1), 2)));
+    say($("noise-limit"), this.#limitText(kind));
+  }
+
+  /** @returns {import("./dom.mjs").Part[]} */
+  #whyEmpty() {
+    if (this.#failure) return [T.noise.failed, { english: this.#failure }];
+    return [this.#noise?.samples > 0 ? T.noise.tooShort(count(this.#noise.samples)) : T.noise.empty];
+  }
+
+  /** What the type of the unit states of the noise in pre-flight; "" where the type is not known here. */
+  #limitText(kind) {
+    const unit = this.#status?.units.find(({ serial }) => serial === $("noise-unit").value);
+    const type = this.#types?.find(({ name }) => name === unit?.type);
+    if (!type) return "";
+    const limit = type[kind === "gyro" ? "gyro_noise_max_dps_rthz" : "accel_noise_max_mps2_rthz"];
+    return limit === null ? T.noise.noLimit[kind](type.name) : T.noise.limit[kind](type.name, written(String(limit)));
   }
 }

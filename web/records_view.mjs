@@ -6,8 +6,8 @@ import { get, post } from "./api.mjs";
 import { $, element, english, say, show } from "./dom.mjs";
 import { KeyCard } from "./key_card.mjs";
 import { badge } from "./runs_view.mjs";
-import { C, dueText, kindText, limitsText, ratingText, standingOf, valueText } from "./records_words.mjs";
-import { unitAddress } from "./units_view.mjs";
+import { C, dueText, hintOf, kindText, limitsText, ratingText, standingOf, valueText } from "./records_words.mjs";
+import { unitAddress } from "./unit_words.mjs";
 
 const GRAVITY = "gravity";
 
@@ -49,6 +49,7 @@ export class RecordsView {
       const row = element("tr", "");
       const state = element("td", "");
       state.append(badge(standingOf(entry)));
+      if (hintOf(entry)) state.append(Object.assign(element("p", hintOf(entry)), { className: "why" }));
       const retire = Object.assign(element("button", C.references.retire), { type: "button", className: "small" });
       retire.dataset.needs = "engineer";
       retire.setAttribute("aria-label", C.references.retireIt(entry.name));

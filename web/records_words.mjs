@@ -24,6 +24,12 @@ export function standingOf({ standing, days_left, waivers }) {
   return { text, state: STANDINGS[standing] };
 }
 
+/** What an expired certificate means for campaigns, and what ends that; "" for others. */
+export function hintOf({ standing, waivers }) {
+  if (standing !== "expired") return "";
+  return waivers.at(-1)?.good ? C.standing.waivedHint : C.standing.expiredHint;
+}
+
 /** Decimals of a value that is known to two digits of its uncertainty; zeros at the end left out where both have them. */
 function decimalsOf(value, uncertainty) {
   const most = Math.max(0, MOST_DIGITS - 1 - Math.floor(Math.log10(uncertainty)));

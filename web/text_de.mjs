@@ -117,7 +117,7 @@ export const text = {
   },
   roles: {
     viewer: "Dieses Konto sieht alles und ändert nichts",
-    operator: "Dieses Konto fährt Kampagnen und beurteilt Prüflinge; Export, Schlüssel, Kalibrierscheine und das Ungültigerklären brauchen die Rolle Ingenieur",
+    operator: "Dieses Konto fährt Kampagnen und beurteilt Prüflinge; Freigabe, Export, Schlüssel, Kalibrierscheine und das Ungültigerklären brauchen die Rolle Ingenieur",
     engineer: "Dieses Konto darf alles",
   },
   roleNames: { viewer: "Betrachter", operator: "Bediener", engineer: "Ingenieur" },
@@ -366,7 +366,18 @@ export const text = {
     sensors: "Sensoren",
     gyros: "Drehraten",
     accels: "Beschleunigungen",
-    empty: "Noch nichts. Das Rauschen erscheint, sobald ein Prüfling einige Sekunden in Ruhe aufgezeichnet wurde.",
+    empty: "In diesem Lauf noch nichts. Das Rauschen erscheint, sobald ein Prüfling einige Sekunden in Ruhe aufgezeichnet wurde; was früher aufgezeichnet wurde, steht im Bericht des Prüflings.",
+    tooShort: (samples) => `Noch zu wenig: ${samples} Messwerte in Ruhe. Das Rauschen erscheint nach einigen Sekunden in Ruhe.`,
+    failed: "Das Rauschen ist nicht zu lesen und wird mit der nächsten Aufzeichnung neu abgefragt: ",
+    reach: (tau) => `Die Mittelungszeiten reichen bis ${tau} s; für längere eine längere Ruhe aufzeichnen (static-allan.toml).`,
+    limit: {
+      gyro: (type, value) => `In der Vorprüfung erlaubt der Typ ${type} seinen Drehratensensoren ${value} °/s/√Hz.`,
+      accel: (type, value) => `In der Vorprüfung erlaubt der Typ ${type} seinen Beschleunigungssensoren ${value} m/s²/√Hz.`,
+    },
+    noLimit: {
+      gyro: (type) => `Der Typ ${type} nennt keinen Grenzwert für das Rauschen seiner Drehratensensoren: Die Vorprüfung beurteilt es nicht. noise_max_dps_rthz in ${type}.toml setzt einen.`,
+      accel: (type) => `Der Typ ${type} nennt keinen Grenzwert für das Rauschen seiner Beschleunigungssensoren: Die Vorprüfung beurteilt es nicht. noise_max_mps2_rthz in ${type}.toml setzt einen.`,
+    },
     about: "Allan-Abweichung (überlappend) dessen, was in diesem Lauf in Ruhe aufgezeichnet wurde. Weißes Rauschen folgt den gestrichelten Linien mit der Steigung −½.",
     samples: (count, rate) => `${count} Messwerte mit ${rate} Hz.`,
     label: { gyro: "Allan-Abweichung der Drehratensensoren über der Mittelungszeit", accel: "Allan-Abweichung der Beschleunigungssensoren über der Mittelungszeit" },

@@ -41,7 +41,7 @@ export const text = {
   },
   roles: {
     viewer: "This account sees everything and changes nothing",
-    operator: "This account runs campaigns and judges units; exports, keys, certificates and withdrawals need the role engineer",
+    operator: "This account runs campaigns and judges units; releases, exports, keys, certificates and withdrawals need the role engineer",
     engineer: "This account may do everything",
   },
   /** Names of the roles (docs/access.md). */
@@ -302,7 +302,19 @@ export const text = {
     sensors: "Sensors",
     gyros: "Gyros",
     accels: "Accelerometers",
-    empty: "Nothing yet. The noise shows once a unit has been recorded at rest for some seconds.",
+    empty: "Nothing yet in this run. The noise shows once a unit has been recorded at rest for some seconds; what was recorded before stands in the unit's report.",
+    tooShort: (samples) => `Too little yet: ${samples} samples at rest. The noise shows after some seconds of rest.`,
+    /** In front of why the station does not answer. */
+    failed: "The noise cannot be read, and is asked for again with the next recording: ",
+    reach: (tau) => `Averaging times reach ${tau} s; for longer ones record a longer rest (static-allan.toml).`,
+    limit: {
+      gyro: (type, value) => `In pre-flight the type ${type} allows its gyros ${value} °/s/√Hz.`,
+      accel: (type, value) => `In pre-flight the type ${type} allows its accelerometers ${value} m/s²/√Hz.`,
+    },
+    noLimit: {
+      gyro: (type) => `The type ${type} states no limit for the noise of its gyros: pre-flight does not judge it. noise_max_dps_rthz in ${type}.toml sets one.`,
+      accel: (type) => `The type ${type} states no limit for the noise of its accelerometers: pre-flight does not judge it. noise_max_mps2_rthz in ${type}.toml sets one.`,
+    },
     about: "Allan deviation (overlapping) of what was recorded at rest in this run. White noise follows the dashed lines of slope −½.",
     samples: (count, rate) => `${count} samples at ${rate} Hz.`,
     label: { gyro: "Allan deviation of the gyros over averaging time", accel: "Allan deviation of the accelerometers over averaging time" },

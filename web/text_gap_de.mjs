@@ -30,7 +30,7 @@ export const text = {
     labOnly: "Nur im Labor: Der Prüfling selbst kann ihn nicht ausgleichen.",
     inFile: "In der Kalibrierdatei: Der Prüfling gleicht ihn aus.",
   },
-  verdicts: { none: "NICHTS GEFUNDEN", named: "EFFEKT GEFUNDEN", unknown: "NICHT ERKLÄRT", cannot_judge: "NICHT ZU BEURTEILEN" },
+  verdicts: { none: "NICHTS GEFUNDEN", named: "EFFEKT GEFUNDEN", accepted: "EFFEKT ANGENOMMEN", unknown: "NICHT ERKLÄRT", cannot_judge: "NICHT ZU BEURTEILEN" },
   effect,
   effectTitle: effect,
   either,
@@ -41,6 +41,7 @@ export const text = {
     follows: (axis, sensors) => [" Es folgt der Größe ", { english: axis }, `, in ${sensors}.`],
     cannotJudge: "Diese Läufe können nicht zeigen, ob dem Modell etwas fehlt.",
     one: (effect, size, sensors) => `${effect}: ${size}, in ${sensors}`,
+    accepted: (effects, version, newest) => `Die Suche in Modell ${version} ergab: ${effects.join(" und ")}. Modell ${newest} enthält das.`,
     lacks: (effects) => `Dem Modell fehlt ${effects.join("; und ")}.`,
   },
   next: {

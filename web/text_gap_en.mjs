@@ -21,7 +21,7 @@ export const text = {
     labOnly: "Lab only: the unit itself cannot correct it.",
     inFile: "In the calibration file: the unit corrects it.",
   },
-  verdicts: { none: "NOTHING FOUND", named: "EFFECT FOUND", unknown: "NOT EXPLAINED", cannot_judge: "CANNOT BE JUDGED" },
+  verdicts: { none: "NOTHING FOUND", named: "EFFECT FOUND", accepted: "EFFECT ACCEPTED", unknown: "NOT EXPLAINED", cannot_judge: "CANNOT BE JUDGED" },
   /** An effect by its name in the interface. */
   effect,
   /** The same at the head of its card; the g of "g sensitivity" is no G. */
@@ -36,6 +36,7 @@ export const text = {
     follows: (axis, sensors) => [" It follows ", { english: axis }, `, in ${sensors}.`],
     cannotJudge: "These runs cannot show whether the model lacks something.",
     one: (effect, size, sensors) => `${effect} (${size}) in ${sensors}`,
+    accepted: (effects, version, newest) => `A search found ${effects.join(" and ")} in model ${version}. Model ${newest} carries ${effects.length === 1 ? "it" : "them"}.`,
     lacks: (effects) => `The model lacks ${effects.join("; and ")}.`,
   },
   next: {

@@ -3,7 +3,7 @@
 
 import { get } from "./api.mjs";
 import { $, element, english, say, show, tell } from "./dom.mjs";
-import { clock } from "./format.mjs";
+import { clock, dayText } from "./format.mjs";
 import { GapCard } from "./gap_card.mjs";
 import { JobPanel } from "./job_panel.mjs";
 import { badge } from "./runs_view.mjs";
@@ -62,7 +62,8 @@ export class UnitView {
     say($("unit-verdict-title"), title);
     tell($("unit-verdict-text"), verdictText(unit));
     const next = nextOf(unit);
-    $("unit-next").replaceChildren(next.text, ...(next.link ? [" ", Object.assign(element("a", next.link.text), { href: next.link.address })] : []));
+    $("unit-next").replaceChildren(next.text, ...(next.link ? [" ", Object.assign(element("a", next.link.text), { href: next.link.address })] : []),
+      ...(next.why ? [" ", english(`${next.why.join("; ")}.`)] : []));
     $("unit-badges").replaceChildren(...badgesOf(unit).map(badge));
     this.#renderFacts(unit);
     this.#renderWarnings(unit);
@@ -129,6 +130,7 @@ export class UnitView {
       [U.unit.model, model === null ? U.list.noModel : `${model.version}, ${clock(model.created_utc_s)}`],
       [U.unit.runs, U.unit.toFit(unit.runs, unit.to_fit)],
       [U.unit.epoch, String(unit.epoch)],
+      [U.unit.released, releasedText(unit)],
       [U.unit.exported, exported === null ? U.unit.notExported : U.unit.exportedBy(clock(exported.ended_utc_s), exported.user)],
     ];
     $("unit-facts").replaceChildren(...facts.map(([name, value]) => {
@@ -147,6 +149,12 @@ export class UnitView {
     say($("unit-warnings-rest-title"), U.warnings.more(rest.length));
     $("unit-warnings-rest-list").replaceChildren(...rest.map(warningLine));
   }
+}
+
+/** @param {import("./documents.mjs").Unit} unit */
+function releasedText({ model, release }) {
+  if (model === null || model.state !== "released") return U.unit.notReleased;
+  return release.expires === null ? U.unit.noExpiry : U.unit.goodUntil(dayText(new Date(`${release.expires}T00:00`)));
 }
 
 /** @param {import("./documents.mjs").Warning} warning */

@@ -7,6 +7,9 @@ import { textsOf } from "./text.mjs";
 /** @type {typeof import("./text_units_en.mjs").text} */
 export const U = await textsOf("units");
 
+/** Where a unit's page is. */
+export const unitAddress = (serial) => `#${new URLSearchParams({ unit: serial })}`;
+
 /** States of a badge. */
 const VERDICTS = { pass: "finished", marginal: "waiting", fail: "failed", not_measured: "waiting" };
 
@@ -54,14 +57,43 @@ export function badgesOf({ model }) {
 }
 
 /**
- * What is to be done next: {kind, text, link}; `kind` of the job that does it, null where none does; `link`: {text, address} of where it is done or described.
+ * Whether what a gap search has found is neither in the model nor explained.
  * @param {import("./documents.mjs").Unit} unit
  */
+function isGapOpen({ model, gap: { find } }) {
+  if (find === null) return false;
+  const { verdict, effects } = find.job.result;
+  if (verdict === "unknown") return find.stale === null;
+  const carried = model.terms.map(({ name }) => name);
+  return verdict === "named" && effects.some(({ name }) => !carried.includes(name));
+}
+
+/**
+ * What is to be done with a model that has passed; as nextOf().
+ * @param {import("./documents.mjs").Unit} unit
+ */
+function nextOfPassed(unit) {
+  const { model, release: { obstacles }, exported } = unit;
+  if (model.state !== "released") {
+    return obstacles.length === 0 ? { kind: "release", text: U.next.release } : { kind: null, text: U.next.notReleased, why: obstacles };
+  }
+  if (obstacles.length > 0) return { kind: null, text: U.next.notGoodAnyMore, why: obstacles };
+  if (exported === null || exported.result.unreleased) return { kind: "export", text: U.next.export };
+  return { kind: null, text: isGapOpen(unit) ? U.next.gapOpen : U.next.nothing };
+}
+
+/**
+ * What is to be done next: {kind, text, why, link}; `kind` of the job that does it, null where none does; `why`: in the station's words; `link`: {text, address} of
+ * where it is done or described.
+ * @param {import("./documents.mjs").Unit} unit
+ * @returns {{kind: string | null, text: string, why?: string[], link?: {text: string, address: string}}}
+ */
 export function nextOf(unit) {
-  const { model, verify_with, exported } = unit;
+  const { model, verify_with } = unit;
   if (model === null && unit.to_fit === 0) return { kind: null, text: U.next.record };
   if (model === null) return { kind: "fit", text: U.next.fit };
   if (model.epoch !== unit.epoch) return { kind: null, text: U.next.changed };
+  if (model.state === "withdrawn") return { kind: "fit", text: U.next.retired };
   if (unit.warnings.some(({ code }) => code === "voided_since")) return { kind: "fit", text: U.next.withdrawn };
   const verdict = verdictNow(unit);
   if (verdict === null && verify_with.length > 0) return { kind: "verify", text: U.next.verify };
@@ -70,7 +102,7 @@ export function nextOf(unit) {
   if (verdict === "marginal") return { kind: null, text: U.next.marginal };
   if (verdict !== "pass") return { kind: null, text: U.next.notJudged(unit.type), link: { text: U.next.how, address: "#help=guide&at=8-verify" } };
   if (warningsOf(unit).some(({ code, urgency }) => urgency === "grave" && code !== "simulated")) return { kind: "report", text: U.next.grave };
-  return exported === null ? { kind: "export", text: U.next.export } : { kind: null, text: U.next.nothing };
+  return nextOfPassed(unit);
 }
 
 // ---- warnings

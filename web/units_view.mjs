@@ -4,24 +4,31 @@
 import { get } from "./api.mjs";
 import { $, element, say, show } from "./dom.mjs";
 import { timeOfDay, UNKNOWN } from "./format.mjs";
+import { ReleaseAll } from "./release_all.mjs";
 import { badge } from "./runs_view.mjs";
-import { U, verdictOf } from "./unit_words.mjs";
-
-/** Where a unit's page is. */
-export const unitAddress = (serial) => `#${new URLSearchParams({ unit: serial })}`;
+import { U, unitAddress, verdictOf } from "./unit_words.mjs";
 
 export class UnitsView {
   #units = [];
+  #releaseAll;
 
-  constructor() {
+  /** `userName()`: who releases models. */
+  constructor(userName) {
+    this.#releaseAll = new ReleaseAll(userName, () => this.#load());
     $("units-find").addEventListener("input", () => this.#render());
   }
 
   async open() {
+    this.#releaseAll.forget();
+    await this.#load();
+  }
+
+  async #load() {
     show($("units-failure"), false);
     try {
       this.#units = (await get("units")).units;
       this.#render();
+      this.#releaseAll.offer(this.#units);
     } catch (error) {
       say($("units-failure"), error.message);
       show($("units-failure"), true);
@@ -48,8 +55,10 @@ export class UnitsView {
     verdict.append(badge({ text: title, state }));
     if (unit.trouble !== null) verdict.append(Object.assign(element("p", unit.trouble), { className: "why", lang: "en" }));
     const when = (utc_s) => (utc_s === null ? UNKNOWN : timeOfDay(utc_s, Date.now() / 1000));
-    const model = unit.model === null ? U.list.noModel : `${unit.model.version}, ${when(unit.model.created_utc_s)}`;
-    row.append(name, verdict, ...[unit.type, model, unit.runs, when(unit.newest_run_utc_s)].map((text) => element("td", String(text))));
+    const model = element("td", unit.model === null ? U.list.noModel : `${unit.model.version}, ${when(unit.model.created_utc_s)} `);
+    if (unit.model !== null) model.append(badge({ text: U.states[unit.model.state], state: unit.model.state }));
+    const cell = (text) => element("td", String(text));
+    row.append(name, verdict, cell(unit.type), model, cell(unit.runs), cell(when(unit.newest_run_utc_s)));
     return row;
   }
 }

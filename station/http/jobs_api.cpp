@@ -12,7 +12,9 @@
 #include "base/text.h"
 #include "calib/judge/warning_list.h"
 #include "station/http/members.h"
+#include "station/io/host.h"
 #include "station/io/text.h"
+#include "station/release/release_rule.h"
 #include "station/report/fleet_overview.h"
 #include "station/report/unit_overview.h"
 
@@ -85,6 +87,19 @@ json export_part(const json& job, const json& model) {
   return !job.is_null() && is_of_model(job, model) ? job : json();
 }
 
+/// What the rule of release says of the newest model now; null where there is no model. That records are damaged is in
+/// the way of a release, too.
+Result<json> release_part(const db::Catalog& catalog, const json& unit) {
+  if (unit["model"].is_null()) return json();
+  const auto head = model_head(catalog, unit["unit"], unit["model"]["version"]);
+  if (!head) return base::forward_error(head);
+  const auto release = judge_release(catalog, *head, now_utc_s());
+  if (!release && release.error().kind != base::ErrorKind::corrupt) return base::forward_error(release);
+  if (!release) return json{{"obstacles", {release.error().message}}, {"expires", nullptr}};
+  return json{{"obstacles", release->obstacles},
+              {"expires", release->expires_utc_s ? json(iso_date(*release->expires_utc_s)) : json()}};
+}
+
 /// The verdict that holds for a unit; null where there is none.
 Result<json> verdict_of(const db::Catalog& catalog, const JobRunner& jobs, const json& unit) {
   auto part = kept_part(catalog, jobs.newest(unit["unit"], "verify"), unit);
@@ -122,6 +137,9 @@ Result<json> answer_unit(RunArchive& runs, const JobRunner& jobs, const Paramete
     auto shown = gap_part(catalog, jobs.newest(*serial, "gap_show"), *unit);
     if (!shown) return shown;
     (*unit)["gap"] = {{"find", *std::move(found)}, {"show", *std::move(shown)}};
+    auto release = release_part(catalog, *unit);
+    if (!release) return release;
+    (*unit)["release"] = *std::move(release);
     (*unit)["exported"] = export_part(jobs.newest(*serial, "export"), (*unit)["model"]);
     return unit;
   });
@@ -205,7 +223,7 @@ Result<json> do_start(JobRunner& jobs, const json& body) {
   if (!user) return base::forward_error(user);
   const auto kind = line_member(body, "kind", std::nullopt);
   if (!kind) return base::forward_error(kind);
-  const auto unit = name_member(body, "unit", std::nullopt);
+  const auto unit = name_member(body, "unit", *kind == kReleaseAll ? std::optional<std::string>("") : std::nullopt);
   if (!unit) return base::forward_error(unit);
   const auto campaign = name_member(body, "campaign", "");
   if (!campaign) return base::forward_error(campaign);

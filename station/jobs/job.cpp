@@ -22,8 +22,8 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::array<std::string_view, 7> kKinds = {"fit",      "verify",     "report",  "export",
-                                                    "gap_find", "gap_accept", "gap_show"};
+constexpr std::array<std::string_view, 9> kKinds = {"fit",    "verify",   "report",     "release", kReleaseAll,
+                                                    "export", "gap_find", "gap_accept", "gap_show"};
 constexpr std::size_t kLongestStem = 60;
 
 /// Runs that the model was fitted to cannot judge it.
@@ -52,12 +52,13 @@ base::Result<std::filesystem::path> calibration_file(const db::Catalog& catalog,
   return file;
 }
 
-/// Whether the file of a unit's newest model is one that is not released. kalibr's is of runs, not of a model.
+/// Whether the file of a unit's newest model is one that is not released yet, and is marked. `soak export` refuses that
+/// of a withdrawn one; kalibr's is of runs, not of a model.
 base::Result<bool> is_marked(const db::Catalog& catalog, const JobRequest& request) {
   if (request.format == "kalibr") return false;
   const auto heads = catalog.models(request.unit);
   if (!heads) return base::forward_error(heads);
-  return !heads->empty() && heads->back().state != "released";
+  return !heads->empty() && (heads->back().state == "fitted" || heads->back().state == "verified");
 }
 
 /// Takes over the members that there are.
@@ -74,6 +75,9 @@ json part_of(const json& document, std::initializer_list<const char*> members) {
 base::Status check_job(const db::Catalog& catalog, const JobRequest& request) {
   if (std::ranges::find(kKinds, request.kind) == kKinds.end()) {
     return base::bad_input(fmt::format("there is no such job; there are {}", fmt::join(kKinds, ", ")), "kind");
+  }
+  if (request.kind == kReleaseAll) {
+    return request.unit.empty() ? base::Status() : base::bad_input("release_all is of all units: leave it out", "unit");
   }
   const auto unit = catalog.unit(request.unit);
   if (!unit) return base::forward_error(unit);
@@ -104,7 +108,8 @@ base::Result<JobCommand> job_command(const db::Catalog& catalog, const JobReques
   const std::string unit = "--unit=" + request.unit;
   const auto output = [&](const std::string& name) { return "--output=" + (folder / name).string(); };
   const std::string stem = plain_file_name(request.unit.substr(0, kLongestStem));
-  if (request.kind == "fit") return JobCommand{{"fit", unit}, ""};
+  if (request.kind == "fit" || request.kind == "release") return JobCommand{{request.kind, unit}, ""};
+  if (request.kind == kReleaseAll) return JobCommand{{"release", "--all"}, ""};
   if (request.kind == "report") {
     const std::string name = stem + ".html";
     return JobCommand{{"report", unit, output(name)}, name};
@@ -136,7 +141,11 @@ json job_result(const std::string& kind, const std::string& output) {
   json document = json::parse(output, nullptr, false);
   if (!document.is_object()) return nullptr;
   if (kind == "fit") return part_of(document, {"unit", "model", "epoch", "simulated"});
-  if (kind == "verify" || kind.starts_with("gap_")) return document;
+  if (kind == "verify" || kind == kReleaseAll || kind.starts_with("gap_")) return document;
+  if (kind == "release") {
+    return part_of(document.value("/units/0"_json_pointer, json::object()),
+                   {"unit", "model", "state", "simulated", "expires"});
+  }
   if (kind == "export") {
     return part_of(document, {"unit", "model", "format", "bytes", "sha256", "key_id", "simulated", "unreleased",
                               "warnings", "notes"});

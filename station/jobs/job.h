@@ -13,10 +13,14 @@
 
 namespace soak::station {
 
+/// The kind of job that is of all units, and not of one.
+inline constexpr std::string_view kReleaseAll = "release_all";
+
 /// What somebody at the page wants to be done with a unit.
 struct JobRequest {
-  std::string kind;        ///< "fit", "verify", "report", "export", "gap_find", "gap_accept", "gap_show"
-  std::string unit;        ///< serial number
+  /// "fit", "verify", "report", "release", kReleaseAll, "export", "gap_find", "gap_accept", "gap_show"
+  std::string kind;
+  std::string unit;        ///< serial number; empty: kReleaseAll
   std::string campaign;    ///< verify: of the fresh runs
   std::string format;      ///< export: one of export_formats()
   bool simulated = false;  ///< export: also of a model that was made from simulated data
@@ -36,7 +40,8 @@ struct JobCommand {
 [[nodiscard]] base::Status check_job(const db::Catalog& catalog, const JobRequest& request);
 
 /// The command for a request that check_job() lets pass, in an empty folder; a verification's calibration file, made
-/// of the newest model, is put there. Refuses (bad_input) a verification of a unit that has no model.
+/// of the newest model, is put there. Refuses (bad_input) a verification of a unit that has no model. What may be
+/// released, and that a withdrawn model is not exported, `soak` itself decides.
 [[nodiscard]] base::Result<JobCommand> job_command(const db::Catalog& catalog, const JobRequest& request,
                                                    const std::filesystem::path& folder);
 

@@ -20,10 +20,10 @@ namespace soak::station {
 /// The program `soak` beside the one that runs.
 [[nodiscard]] std::filesystem::path soak_beside_this_program();
 
-/// Does for people at the page what they would do with `soak`: fit, verify, report, export, gap of a unit; one job at a
-/// time, each a process of its own (run_child()), so that recording goes on whatever becomes of it. Beginning and end
-/// of each are in the event log with the user. Jobs live in the data folder, in `jobs`. Any thread may call; documents:
-/// docs/http-api.md.
+/// Does for people at the page what they would do with `soak`: fit, verify, report, release, export, gap of a unit; one
+/// job at a time, each a process of its own (run_child()), so that recording goes on whatever becomes of it. Beginning
+/// and end of each are in the event log with the user. Jobs live in the data folder, in `jobs`. Any thread may call;
+/// documents: docs/http-api.md.
 class JobRunner {
  public:
   /// Takes up the jobs that are kept; the end of one that a predecessor left running, or ended without saying so,

@@ -164,8 +164,10 @@ json JobShelf::list() const {
   json list = json::array();
   for (auto job = jobs_.rbegin(); job != jobs_.rend() && list.size() < kMostListed; ++job) {
     json entry = job->second;
-    // Pages ask for the list every second: the map of a gap is most of its document.
-    if (entry["result"].is_object()) entry["result"].erase("map");
+    // Pages ask for the list every second: the map of a gap and what became of each unit are most of their documents.
+    for (const char* large : {"map", "units"}) {
+      if (entry["result"].is_object()) entry["result"].erase(large);
+    }
     list.push_back(std::move(entry));
   }
   const std::size_t not_listed = jobs_.size() - list.size();

@@ -38,8 +38,8 @@ class JobShelf {
   /// The folder of a job that did not come to be.
   void remove_folder(std::int64_t id) const;
 
-  /// {"jobs": the newest kMostListed, newest first, results without the key `map`, "not_listed": how many older ones
-  /// are kept}
+  /// {"jobs": the newest kMostListed, newest first, results without the keys `map` and `units`, "not_listed": how many
+  /// older ones are kept}
   [[nodiscard]] nlohmann::json list() const;
   /// The job that was begun last; null where none is kept.
   [[nodiscard]] nlohmann::json last() const { return jobs_.empty() ? nlohmann::json() : jobs_.rbegin()->second; }

@@ -7,7 +7,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <set>
+#include <tuple>
 #include <vector>
 
 #include "calib/judge/warning_list.h"
@@ -74,27 +74,43 @@ base::Result<json> terms_part(const db::Catalog& catalog, const db::ModelRow& mo
   return list;
 }
 
-/// Campaigns with runs that can judge a model: none of its runs is among those that the model was fitted to. Newest
-/// first.
-json fresh_campaigns(const RunsOfModel& found) {
-  std::set<std::string> seen;
-  std::map<std::string, std::pair<std::size_t, double>> fresh;  // runs, time of the newest
+/// What the runs of a campaign are to a model.
+struct CampaignOfModel {
+  std::string name;
+  std::size_t runs = 0;       ///< that are sealed and count
+  double newest_utc_s = 0.0;  ///< of them
+  bool verifies = false;      ///< one of them is of a verification
+  bool fitted = false;        ///< one of them is in the model
+};
+
+/// Those for verification first, then the newest first.
+std::vector<CampaignOfModel> campaigns_of(const RunsOfModel& found) {
+  std::map<std::string, CampaignOfModel> by_name;
   for (const UsedRun& used : found.runs) {
-    if (used.use == RunUse::fitted) seen.insert(used.run.campaign);
-    if (used.use != RunUse::fresh && used.use != RunUse::not_used) continue;
-    auto& [runs, newest_utc_s] = fresh[used.run.campaign];
-    ++runs;
-    newest_utc_s = std::max(newest_utc_s, used.run.created_utc_s);
+    if (used.use != RunUse::fitted && used.use != RunUse::fresh && used.use != RunUse::not_used) continue;
+    CampaignOfModel& campaign = by_name[used.run.campaign];
+    campaign.name = used.run.campaign;
+    ++campaign.runs;
+    campaign.newest_utc_s = std::max(campaign.newest_utc_s, used.run.created_utc_s);
+    campaign.verifies |= used.use == RunUse::fresh;
+    campaign.fitted |= used.use == RunUse::fitted;
   }
-  std::vector<std::pair<double, json>> sorted;
-  for (const auto& [campaign, of] : fresh) {
-    if (seen.contains(campaign)) continue;
-    sorted.emplace_back(of.second, json{{"campaign", campaign}, {"runs", of.first}});
+  std::vector<CampaignOfModel> campaigns;
+  for (auto& [name, campaign] : by_name) campaigns.push_back(std::move(campaign));
+  std::ranges::stable_sort(campaigns, [](const CampaignOfModel& a, const CampaignOfModel& b) {
+    return std::tie(a.verifies, a.newest_utc_s) > std::tie(b.verifies, b.newest_utc_s);
+  });
+  return campaigns;
+}
+
+/// `verify_with`, the campaigns that can judge a model, none of whose runs it has seen; and those that it was fitted
+/// to.
+void add_campaigns(const RunsOfModel& found, json& overview) {
+  for (const CampaignOfModel& campaign : campaigns_of(found)) {
+    json entry = {{"campaign", campaign.name}, {"runs", campaign.runs}};
+    if (!campaign.fitted) entry["purpose"] = campaign.verifies ? "verification" : "calibration";
+    overview[campaign.fitted ? "fitted_to" : "verify_with"].push_back(std::move(entry));
   }
-  std::ranges::stable_sort(sorted, [](const auto& a, const auto& b) { return a.first > b.first; });
-  json list = json::array();
-  for (auto& [newest_utc_s, entry] : sorted) list.push_back(std::move(entry));
-  return list;
 }
 
 json sensor_part(const std::string& name, const json& sensor) {
@@ -137,7 +153,7 @@ base::Status add_model(const db::Catalog& catalog, const db::ModelRow& model, js
   warnings.add_fit(fit);
   overview["model"] = *std::move(part);
   overview["warnings"] = warnings.take();
-  overview["verify_with"] = fresh_campaigns(*runs);
+  add_campaigns(*runs, overview);
   return {};
 }
 
@@ -164,6 +180,10 @@ base::Result<json> units_overview(const db::Catalog& catalog) {
   if (!runs) return base::forward_error(runs);
   std::map<std::string, std::vector<db::RunRow>> of_unit;
   for (const db::RunRow& run : *runs) of_unit[run.unit].push_back(run);
+  const auto heads = catalog.models();
+  if (!heads) return base::forward_error(heads);
+  std::map<std::string, std::string> states;  // of the newest version
+  for (const db::ModelHead& head : *heads) states[head.unit] = head.state;
   std::vector<json> list;
   for (const db::UnitRow& unit : *units) {
     json entry = {
@@ -173,8 +193,10 @@ base::Result<json> units_overview(const db::Catalog& catalog) {
     // One that is damaged must not keep the others from being seen.
     if (!model)
       entry["trouble"] = model.error().message;
-    else if (*model)
+    else if (*model) {
       entry["model"] = model_head(**model);
+      entry["model"]["state"] = states[unit.serial];
+    }
     list.push_back(std::move(entry));
   }
   const auto newest = [](const json& entry) {
@@ -191,8 +213,13 @@ base::Result<json> unit_overview(const db::Catalog& catalog, const std::string& 
   if (!runs) return base::forward_error(runs);
   const auto model = catalog.model(serial);
   if (!model) return base::forward_error(model);
-  json overview = {{"unit", serial},   {"type", unit->type},        {"epoch", unit->epoch},
-                   {"model", nullptr}, {"warnings", json::array()}, {"verify_with", json::array()}};
+  json overview = {{"unit", serial},
+                   {"type", unit->type},
+                   {"epoch", unit->epoch},
+                   {"model", nullptr},
+                   {"warnings", json::array()},
+                   {"verify_with", json::array()},
+                   {"fitted_to", json::array()}};
   overview.update(run_counts(*runs, *unit));
   if (*model) {
     if (auto added = add_model(catalog, **model, overview); !added) return base::forward_error(added);

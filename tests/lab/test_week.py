@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A technician's week by clicks alone: records, a campaign with a fixture turned by hand, a chamber that falls silent, a soakd that
-dies and is resumed, a verification, then fit, verify, report and export of the unit; of another one, whose recordings came from
+dies and is resumed, a verification, then fit, verify, report, release and export of the unit; of another one, whose recordings came from
 elsewhere, the gap is found, accepted, compared and fitted. The page is a real browser's; the only hands beside it are those that turn
 the fixture, mend the chamber's cable, start soakd again and import the recordings."""
 import pathlib
@@ -220,7 +220,10 @@ class Week(LabTest):
         self.click("#unit-simulated")
         self.click("#unit-export")
         self.see("#unit-jobs", f"{SERIAL}.unreleased.soakcal")
-        self.lab.soak("release", "--unit", SERIAL)  # the page has no button for it
+        self.see("#unit-next", "Release it.")
+        self.click("#unit-release")
+        self.see("#unit-badges", "released")
+        self.see("#unit-next", "Export it.")
         self.click("#unit-export")
         self.see("#unit-jobs", f"{SERIAL}.soakcal")
         self.click(f"#unit-jobs a[download='{SERIAL}.soakcal']")
@@ -258,6 +261,7 @@ class Week(LabTest):
         path.write_bytes(file)
         points = self.lab.soak_json("eval", path, "--temp-c", ",".join(map(str, SET_POINTS)))["points"]
         self.assertTrue(all(point["in_range"] for point in points[1:-1]))
+        self.assertFalse(self.lab.soak_json("eval", path, "--temp-c", "25")["unreleased"])
         runs = self.lab.soak_json("runs", "list", "--unit", SERIAL)["runs"]
         counted = [run["run"] for run in runs if run["purpose"] != "diagnosis" and not run["voided"]]
         self.assertEqual(counted, ["R01", "R02", "R02.2", "V01"])
@@ -265,7 +269,7 @@ class Week(LabTest):
         self.lab.soak("events", "verify")
         by_eva = self.query("SELECT kind, text FROM event WHERE user = 'Eva' ORDER BY ordinal")
         self.assertIn("reference_added", [kind for kind, _ in by_eva])
-        self.assertEqual([text for kind, text in by_eva if kind == "job_started"], ["fit", "verify against check", "report", "export as blob", "export as blob", "fit",
+        self.assertEqual([text for kind, text in by_eva if kind == "job_started"], ["fit", "verify against check", "report", "export as blob", "release", "export as blob", "fit",
                                                                                            "gap_find", "gap_accept of sensor_lag", "gap_show", "fit"])
         self.assertEqual(self.browser.console(), [])
 

@@ -107,6 +107,12 @@ class ScriptedStation : public StationService {
     stored_ = std::move(stored);
   }
 
+  /// The types of units that there are.
+  void set_types(json types) {
+    const std::lock_guard lock(mutex_);
+    types_ = std::move(types);
+  }
+
   /// What the question for the noise of that document's unit answers.
   void set_noise(json noise) {
     const std::lock_guard lock(mutex_);
@@ -207,7 +213,10 @@ class ScriptedStation : public StationService {
     return stored_;
   }
   json procedures(const std::string&) const override { return {{"procedures", json::array()}}; }
-  json types() const override { return {{"folder", "units"}, {"types", json::array()}, {"troubles", json::array()}}; }
+  json types() const override {
+    const std::lock_guard lock(mutex_);
+    return {{"folder", "units"}, {"types", types_}, {"troubles", json::array()}};
+  }
   json history(double after_s) const override {
     const std::lock_guard lock(mutex_);
     json answer = history_;
@@ -252,6 +261,7 @@ class ScriptedStation : public StationService {
   mutable std::mutex mutex_;
   json status_ = running_status();
   json plan_;
+  json types_ = json::array();
   json stored_ = {{"slots", json::array()}, {"units", json::array()}, {"campaigns", json::array()}};
   json history_ = {
       {"t_s", json::array()}, {"chamber_c", json::array()}, {"set_point_c", json::array()}, {"units", json::object()}};

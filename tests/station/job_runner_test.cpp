@@ -176,6 +176,22 @@ TEST_F(Runner, TakesTheEffectsOfAGapByName) {
   EXPECT_EQ(catalog_.events()->back().text, "gap_accept of sensor_lag, --suspect: done, model 4");
 }
 
+TEST_F(Runner, ReleasesOfAllUnitsInOneCommandAndListsThemByTheirJobOnly) {
+  soak_does("for word; do echo \"$word\" >> " + (folder_.path() / "words").string() +
+            "; done; echo '{\"units\": [{\"unit\": \"-SN 1\", \"model\": 2, \"obstacles\": []}]}'");
+  JobRunner jobs(folder_.path(), program_);
+  const json one = ended(jobs, jobs.start({"release", "-SN 1", "", "", false, "Eva"}).value()["id"]);
+  EXPECT_EQ(one["result"], json({{"unit", "-SN 1"}, {"model", 2}}));
+  const json all = ended(jobs, jobs.start({"release_all", "", "", "", false, "Eva"}).value()["id"]);
+  EXPECT_EQ(all["result"]["units"].size(), 1U);
+  EXPECT_EQ(jobs.list()["jobs"][0]["result"], json::object());
+  std::ifstream words(folder_.path() / "words");
+  const std::string common = "--data=" + folder_.path().string() + "\n--json\n";
+  EXPECT_EQ(std::string(std::istreambuf_iterator<char>(words), {}),
+            "release\n--unit=-SN 1\n" + common + "release\n--all\n" + common);
+  EXPECT_EQ(catalog_.events()->back().text, "release_all: done");
+}
+
 TEST_F(Runner, BeginningAndEndAreInTheEventLogWithTheUser) {
   soak_does("echo '{\"error\": {\"code\": 2, \"message\": \"no run\", \"where\": \"\"}}' >&2; exit 2");
   JobRunner jobs(folder_.path(), program_);
@@ -363,6 +379,8 @@ TEST_F(Runner, RefusesWhatIsNoJobAndLeavesNoFolder) {
   };
   EXPECT_EQ(refused({"rm", "-SN 1", "", "", false, ""}), "kind");
   EXPECT_EQ(refused({"fit", "SN2", "", "", false, ""}), "unit");
+  EXPECT_EQ(refused({"fit", "", "", "", false, ""}), "unit");
+  EXPECT_EQ(refused({"release_all", "-SN 1", "", "", false, ""}), "unit");
   EXPECT_EQ(refused({"verify", "-SN 1", "", "", false, ""}), "campaign");
   EXPECT_EQ(refused({"verify", "-SN 1", "c", "", false, ""}), "unit") << "it has no model";
   EXPECT_EQ(refused({"export", "-SN 1", "", "exe", false, ""}), "format");

@@ -6,6 +6,7 @@
 //   history JSON       replaces the history
 //   plan JSON          replaces the plan
 //   stored JSON        replaces what /api/v1/stored answers
+//   types JSON         the types of units that there are
 //   noise JSON         what /api/v1/noise answers of the unit in it
 //   noise-calls        prints how often it was asked
 //   log TEXT           adds a log entry
@@ -58,6 +59,7 @@ void obey(Stage& stage, const std::string& line) {
   if (command == "history") stage.lab.set_history(nlohmann::json::parse(rest));
   if (command == "plan") stage.lab.set_plan(nlohmann::json::parse(rest));
   if (command == "stored") stage.lab.set_stored(nlohmann::json::parse(rest));
+  if (command == "types") stage.lab.set_types(nlohmann::json::parse(rest));
   if (command == "noise") stage.lab.set_noise(nlohmann::json::parse(rest));
   if (command == "noise-calls") std::cout << stage.lab.noise_calls() << std::endl;
   if (command == "log") stage.lab.add_log(rest);

@@ -78,6 +78,10 @@ class Attacker(unittest.TestCase):
             self.assertEqual(session, {"accounts": True, "name": name, "role": ROLES[name]})
             answers = [self.station.post(path, body, cookie) for path, body in (("campaign/abort", ABORT), ("run/void", void), ("jobs", export))]
             self.assertEqual(tuple(answer[0] for answer in answers), expected, [answer[2] for answer in answers])
+        for release in ({"kind": "release", "unit": UNIT}, {"kind": "release_all"}):
+            status, _, body = self.station.post("jobs", release, self.station.cookie("otto"))
+            self.assertEqual(status, 403)
+            self.assertIn("needs the role engineer", body)
         self.assertIn("needs the role operator", self.station.post("campaign/abort", ABORT, self.station.cookie("vera"))[2])
 
     def test_a_command_is_signed_with_the_account_whatever_the_body_says(self):

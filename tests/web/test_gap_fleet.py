@@ -318,6 +318,8 @@ class Page(WithStation):
         self.done("gap_accept")
         self.see("#gap-terms", "sensor_lag")
         self.see("#gap-stale", "fitted again since")
+        self.see("#gap-verdict-title", "EFFECT ACCEPTED")
+        self.see("#gap-verdict-text", "found sensor lag in model 1. Model 2 carries it.")
         self.see("#unit-jobs", "Accepted sensor lag: model 2")
         self.assertTrue(self.browser.run("return document.querySelector('#gap-accept').hidden"))
 
@@ -348,8 +350,9 @@ class Page(WithStation):
         same = {text for text in shown["en"] & shown["de"] if re.search("[A-Za-z]{3}", text) and "tau" not in text}
         self.assertEqual(same, set(), "neither translated nor marked as English")
         self.assertGreater(len(shown["de"]), 40)
-        self.see("#gap-verdict-title", "EFFEKT GEFUNDEN")
-        self.see("#gap-verdict-text", "Dem Modell fehlt sensor_lag (Sensor folgt dem Thermometer verspätet)")
+        accepted = self.soakd.get("unit", unit=LAGGING)["model"]["terms"] != []  # by another test
+        self.see("#gap-verdict-title", "EFFEKT ANGENOMMEN" if accepted else "EFFEKT GEFUNDEN")
+        self.see("#gap-verdict-text", f"{'Die Suche in Modell 1 ergab:' if accepted else 'Dem Modell fehlt'} sensor_lag (Sensor folgt dem Thermometer verspätet)")
         self.see("#gap-effects", "unter 1 zu 1 Million")
         self.assertEqual(self.browser.run("return document.querySelector('#gap-effects h3').innerText"), "sensor_lag (Sensor folgt dem Thermometer verspätet)")
         self.assertEqual(self.browser.run("return getComputedStyle(document.querySelector('#gap-next'), '::first-letter').textTransform"), "none")

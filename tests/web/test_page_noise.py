@@ -62,6 +62,23 @@ class Noise(PageTest):
         self.assertIn("m°/s", self.browser.run("return document.querySelector('#noise-chart').textContent"))
         self.assertEqual(self.browser.console(), [])
 
+    def test_what_keeps_the_chart_from_showing_more_is_said_with_what_to_do(self):
+        self.station.tell("types " + json.dumps([{"name": "mti-300", "gyro_noise_max_dps_rthz": 0.5, "accel_noise_max_mps2_rthz": None}]))
+        self.station.set("/units/0/type", "mti-300")
+        self.station.tell("noise " + json.dumps({**allan_noise(count=0), "samples": 40}))
+        self.open()
+        self.browser.run("document.querySelector('#noise').scrollIntoView()")
+        self.see("#noise-empty", "Too little yet: 40 samples at rest")
+        self.see("#noise-limit", "allows its gyros 0.5 °/s/√Hz")
+        self.browser.click("label:has(> #noise-accel)")
+        self.see("#noise-limit", "The type mti-300 states no limit for the noise of its accelerometers")
+        self.see("#noise-limit", "noise_max_mps2_rthz in mti-300.toml sets one")
+        noise = allan_noise()
+        self.station.tell("noise " + json.dumps(noise))
+        self.station.set("/campaign/run", 3)
+        self.see("#noise-reach", f"Averaging times reach {noise['tau_s'][-1]:.2g} s; for longer ones record a longer rest")
+        self.assertEqual(self.browser.console(), [])
+
     def test_the_noise_legend_says_the_values_at_one_second_and_at_the_cursor(self):
         noise = allan_noise()
         self.station.tell("noise " + json.dumps(noise))

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A technician judges and hands over a unit from the page alone, before a real `soakd` ($SOAK_BIN_FOLDER) with a unit of
-soaksim-campaign: fit, verify, report, export; what fails says why; a cancelled job and a stopped daemon leave no process."""
+soaksim-campaign: fit, verify, report, release, export; what fails says why; a cancelled job and a stopped daemon leave no process."""
 import contextlib
 import functools
 import json
@@ -318,6 +318,8 @@ class Page(WithStation):
         self.see("#unit-badges", "SIMULATED")
         self.see("#unit-badges", "fitted")
         self.see("#unit-warnings", "simulated")
+        self.see("#unit-release-why", "never verified")
+        self.assertTrue(self.browser.run("return document.querySelector('#unit-release').disabled"))
         bands = self.browser.run("return document.querySelectorAll('#unit-curves svg .band.ci95').length")
         self.assertEqual(bands, 6)
         self.expect_the_impact_of(SERIAL)
@@ -325,7 +327,7 @@ class Page(WithStation):
         self.click("#unit-verify")
         self.see("#unit-verdict", "PASS")
         self.see("#unit-verdict", "campaign verification, by Eva")
-        self.see("#unit-next", "Export it.")
+        self.see("#unit-next", "Release it.")
         self.see("#unit-curves .sensor", "PASS")
 
         self.click("#unit-report")
@@ -336,7 +338,6 @@ class Page(WithStation):
         self.click("#unit-export")
         self.see("#job-failure", "Tick “Although it is of SIMULATED data”")
         self.assertEqual(self.browser.run("return document.activeElement.id"), "unit-simulated")
-        self.see("#unit-next", "Export it.")
         self.click("#unit-simulated")
         for form, name in (("blob", "SIM-0001.unreleased.soakcal"), ("c", "SIM-0001.unreleased.h")):
             self.browser.run("const s = document.querySelector('#unit-format'); s.value = arguments[0];", form)
@@ -347,14 +348,20 @@ class Page(WithStation):
             path = self.soakd.folder / name
             self.soakd.soak("export", "--unreleased", "--unit", SERIAL, "--format", form, "--simulated", "-o", path)
             self.assertEqual(content, path.read_bytes())
-        self.see("#unit-next", "verified and exported")
-        self.soakd.soak("release", "--unit", SERIAL)  # the verification by a click passed
+        self.see("#unit-next", "Release it.")
+        self.see("#unit-jobs li:first-child", "Made from model 1.")
+        self.click("#unit-release")
+        self.see("#unit-badges", "released")
+        self.see("#unit-jobs", "Release: model 1")
+        self.see("#unit-jobs li:nth-child(2)", "Made from model 1 before that was released")
+        self.see("#unit-next", "Export it.")  # the files that there are say that they are not released
+        self.assertEqual(self.soakd.query("SELECT user FROM event WHERE kind = 'model_released' AND subject = 'SIM-0001'"), [("Eva",)])
         self.sign_in_the_browser()
         self.browser.run("const s = document.querySelector('#unit-format'); s.value = 'kalibr'; s.dispatchEvent(new Event('change'));")
         self.browser.wait("return document.querySelector('#unit-sign-box').hidden")
         self.click("#unit-export")  # values of the noise say nothing of what was handed over
         self.see("#unit-jobs li:first-child", "Kalibr")
-        self.see("#unit-next", "verified and exported")
+        self.see("#unit-next", "verified, released and exported")
         self.assertEqual(self.browser.console(), [])
 
         self.assertEqual(self.soakd.refusal("jobs", kind="verify", unit=SERIAL, campaign="default"), (400, "campaign"), "its own runs")
@@ -362,6 +369,7 @@ class Page(WithStation):
         self.assertIsNone(self.listed_verdict(SERIAL))
         self.open_unit(SERIAL)
         self.see("#unit-verdict", "fitted again since")
+        self.see("#unit-jobs li:nth-child(2)", "Made from model 1; the newest is 2.")
         self.assertIsNone(self.soakd.get("unit", unit=SERIAL)["exported"])
 
     def test_a_verdict_goes_with_what_it_stands_on(self):
@@ -442,13 +450,29 @@ class Page(WithStation):
 
     def test_what_is_to_be_done_leads_to_where_it_is_done(self):
         self.browser.go(self.soakd.url)
-        unit = {"unit": "SN1", "type": "mti-300", "epoch": 1, "to_fit": 0, "exported": None, "warnings": [], "model": {"version": 1, "epoch": 1}}
+        unit = {"unit": "SN1", "type": "mti-300", "epoch": 1, "to_fit": 0, "exported": None, "warnings": [], "model": {"version": 1, "epoch": 1, "state": "fitted"}}
         judged = {"stale": None, "job": {"result": {"verdict": "info"}}, "warnings": []}
         for verification, text, address in ((None, "verification procedure", "#station"), (judged, "mti-300.toml", "#help=guide&at=8-verify")):
             told = self.browser.run("const [unit] = arguments; return import('/unit_words.mjs').then((words) => words.nextOf(unit))",
                                     {**unit, "verify_with": [], "verification": verification})
             self.assertIn(text, told["text"])
             self.assertEqual(told["link"]["address"], address)
+
+    def test_nothing_is_to_be_done_only_when_no_gap_is_open(self):
+        self.browser.go(self.soakd.url)
+        unit = {"unit": "SN1", "type": "mti-300", "epoch": 1, "to_fit": 1, "warnings": [], "verify_with": [],
+                "verification": {"stale": None, "job": {"result": {"verdict": "pass"}}, "warnings": []},
+                "release": {"obstacles": [], "expires": None}, "exported": {"result": {"unreleased": False}}}
+        def said(verdict, effects=(), terms=(), stale=None):
+            find = verdict and {"stale": stale, "job": {"result": {"verdict": verdict, "effects": [{"name": name} for name in effects]}}}
+            model = {"version": 2, "epoch": 1, "state": "released", "terms": [{"name": name} for name in terms]}
+            return self.browser.run("const [unit] = arguments; return import('/unit_words.mjs').then((words) => words.nextOf(unit))",
+                                    {**unit, "model": model, "gap": {"find": find, "show": None}})["text"]
+        for left in (said(None), said("none"), said("named", ("sensor_lag",), ("sensor_lag",)), said("unknown", stale="runs were added since")):
+            self.assertIn("Nothing:", left)
+        for left in (said("named", ("sensor_lag",)), said("named", ("sensor_lag", "cross_axis"), ("sensor_lag",)), said("unknown"),
+                     said("named", ("sensor_lag",), stale="the unit was fitted again since")):
+            self.assertIn("see Gap below", left)
 
     def test_an_older_version_lies_beside_the_newest_on_the_same_axes(self):
         self.soakd.soak("fit", "--unit", OTHER)

@@ -1,0 +1,129 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Which models the page lets out, before a real `soakd` ($SOAK_BIN_FOLDER): by the rule of `soak release` and `soak export`, in whose words it
+says what is in the way."""
+import json
+import subprocess
+import unittest
+import urllib.parse
+
+import test_units
+from browser import BROWSER, DRIVER, Browser
+from real_soakd import programs
+from test_units import OTHER, SERIAL, UnitStation, stored_units
+from soak_cli import check_schema  # where that lies test_units has said
+
+tearDownModule = test_units.tearDownModule
+
+
+@unittest.skipUnless(BROWSER and DRIVER, "skipped: chromium and chromedriver are not installed")
+class HandOver(unittest.TestCase):
+    """A station of its own for each test: states of models do not go back. Both units are fitted, the one is verified."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.browser = Browser()
+        cls.addClassCleanup(cls.browser.close)
+
+    def setUp(self):
+        self.browser.go("about:blank")
+        self.browser.console()
+        self.browser.resize(1280, 900)
+        self.soakd = UnitStation()
+        self.addCleanup(self.soakd.close)
+        for serial in (SERIAL, OTHER):
+            self.soakd.soak("fit", "--unit", serial, "--rules", "2")
+        self.verify(SERIAL)
+
+    def job(self, **body):
+        return self.soakd.ended(self.soakd.post("jobs", user="Eva", **body))
+
+    def verify(self, serial):
+        done = self.job(kind="verify", unit=serial, campaign="verification")
+        self.assertEqual(done["result"]["verdict"], "pass", done)
+
+    def refused(self, *words):
+        """What `soak` says in a terminal."""
+        done = subprocess.run([programs() / "soak", *words, "--data", self.soakd.data, "--json"], capture_output=True, text=True)
+        self.assertEqual(done.returncode, 2, done.stderr)
+        return json.loads(done.stderr)["error"]["message"]
+
+    def see(self, selector, text):
+        self.browser.wait_for_text(selector, text)
+
+    def open_unit(self, serial):
+        self.browser.go("about:blank")
+        self.browser.go(f"{self.soakd.url}#{urllib.parse.urlencode({'unit': serial})}")
+        self.browser.wait("return document.querySelector('#unit-jobs').ariaBusy === 'false'")
+
+    def test_all_that_may_be_released_are_released_at_a_click_and_the_others_say_why_not(self):
+        self.browser.go(f"{self.soakd.url}#units")
+        self.browser.type("#user", "Eva")
+        self.see("#units-verified", "1 model is verified and not released yet.")
+        self.see("#units-list", "verified")
+        self.browser.click("#units-release")
+        self.see("#units-release-news", "1 of 2 newest models are released now.")
+        self.see("#units-not-released", f"{OTHER}, model 1, may not be released: it was never verified")
+        self.browser.wait("return document.querySelector('#units-release-box').hidden")
+        self.see("#units-list", "released")
+        listed = self.soakd.get("units")
+        check_schema(listed, "http-units")
+        self.assertEqual({unit["unit"]: unit["model"]["state"] for unit in listed["units"] if unit["model"]}, {SERIAL: "released", OTHER: "fitted"})
+        kept = self.soakd.get("jobs")["jobs"][0]
+        self.assertEqual((kept["kind"], kept["unit"], kept["user"], "units" in kept["result"]), ("release_all", "", "Eva", False))
+        whole = self.soakd.get("job", id=kept["id"])
+        check_schema(whole, "http-job")
+        check_schema(whole["result"], "release")
+        self.assertEqual(self.soakd.query("SELECT subject, user FROM event WHERE kind = 'model_released'"), [(SERIAL, "Eva")])
+        self.assertEqual(self.soakd.refusal("jobs", kind="release_all", unit=SERIAL), (400, "unit"))
+        self.assertEqual(self.browser.console(), [])
+
+    def test_what_the_rule_refuses_the_page_refuses_in_the_same_words(self):
+        # A run of the same days that the model has not seen: a fit of all would take it.
+        self.soakd.soak("import", stored_units() / "small.csv", "--unit", SERIAL, "--campaign", "later", "--simulated", "--gravity-mps2", "9.80665")
+        unit = self.soakd.get("unit", unit=SERIAL)
+        check_schema(unit, "http-unit")
+        obstacle, = unit["release"]["obstacles"]
+        said = self.refused("release", "--unit", SERIAL)
+        self.assertEqual(said, f"model 1 may not be released: {obstacle}")
+        self.assertIn("runs for calibration are not in it: r1", said)
+        self.open_unit(SERIAL)
+        self.see("#unit-next", f"It may not be released: {obstacle}.")
+        self.see("#unit-release-why", obstacle)
+        self.assertTrue(self.browser.run("return document.querySelector('#unit-release').disabled"))
+        done = self.job(kind="release", unit=SERIAL)
+        self.assertEqual((done["state"], done["exit_status"], done["message"]), ("failed", 2, f"{SERIAL}: {said}"))
+
+        # Whoever looks for a campaign to verify with sees first what was recorded for that, and what the model was fitted to.
+        self.assertEqual(unit["verify_with"], [{"campaign": "verification", "runs": 1, "purpose": "verification"},
+                                               {"campaign": "later", "runs": 1, "purpose": "calibration"}])
+        self.assertEqual([entry["campaign"] for entry in unit["fitted_to"]], ["campaign"])
+        offered = self.browser.run("return [...document.querySelectorAll('#unit-campaign option')].map((o) => [o.value, o.disabled, o.text])")
+        self.assertEqual([entry[:2] for entry in offered], [["verification", False], ["later", False], ["campaign", True]])
+        self.assertIn("the next fit takes it", offered[1][2])
+        self.assertIn("the model was fitted to it", offered[2][2])
+
+    def test_a_withdrawn_model_is_not_exported(self):
+        self.job(kind="release", unit=SERIAL)
+        self.soakd.soak("model", "retire", "--unit", SERIAL, "--model", "1", "--reason", "wrong reference", "--user", "Eva")
+        done = self.job(kind="export", unit=SERIAL, format="blob", simulated=True)
+        self.assertEqual((done["state"], done["file"]), ("failed", None), done)
+        said = self.refused("export", "--unit", SERIAL, "--format", "blob", "--simulated", "-o", self.soakd.folder / "x.soakcal")
+        self.assertEqual(done["message"], said)
+        self.assertIn("is withdrawn, not released", said)
+        self.assertEqual(list((self.soakd.data / "jobs" / str(done["id"])).glob("*.soakcal")), [])
+        self.open_unit(SERIAL)
+        self.see("#unit-next", "this model is withdrawn, nobody may use it")
+        self.see("#unit-badges", "withdrawn")
+        self.assertIn("primary", self.browser.run("return document.querySelector('#unit-fit').className"))
+
+    def test_a_released_model_that_breaks_the_rule_now_is_not_to_be_handed_over(self):
+        self.job(kind="release", unit=SERIAL)
+        self.soakd.soak("import", stored_units() / "small.csv", "--unit", SERIAL, "--campaign", "later", "--simulated", "--gravity-mps2", "9.80665")
+        self.open_unit(SERIAL)
+        self.see("#unit-next", "it is released, and does not keep the rule of release any more: runs for calibration are not in it: r1")
+        done = self.job(kind="export", unit=SERIAL, format="blob", simulated=True)
+        self.assertEqual((done["state"], done["file"]), ("failed", None), done)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+// The release of all units at once: how many models wait for it, the button, and why some may not be released.
+
+import { get, post } from "./api.mjs";
+import { $, element, english, say, show, tell } from "./dom.mjs";
+import { U, unitAddress } from "./unit_words.mjs";
+
+const LOOK_AGAIN_MS = 1000;
+
+export class ReleaseAll {
+  #userName;
+  #changed;
+  #busy = false;
+
+  /** `userName()`: who releases; `changed()`: states of models are others now. */
+  constructor(userName, changed) {
+    this.#userName = userName;
+    this.#changed = changed;
+    $("units-release").addEventListener("click", () => this.#release());
+  }
+
+  /**
+   * `units`: as /api/v1/units has them. Which of the verified ones may be released the station judges when it is asked to.
+   * @param {import("./documents.mjs").UnitLine[]} units
+   */
+  offer(units) {
+    const verified = units.filter(({ model }) => model?.state === "verified").length;
+    show($("units-release-box"), verified > 0);
+    say($("units-verified"), U.releaseAll.waiting(verified));
+    $("units-release").disabled = this.#busy;
+  }
+
+  /** What was said of an earlier release is no longer of interest. */
+  forget() {
+    say($("units-release-news"), "");
+    $("units-not-released").replaceChildren();
+    show($("units-release-failure"), false);
+  }
+
+  async #release() {
+    this.forget();
+    this.#busy = true;
+    $("units-release").disabled = true;
+    $("units-title").focus(); // the button is switched off, and may go away
+    say($("units-release-news"), U.releaseAll.running);
+    let job = null;
+    try {
+      job = await this.#ended(await post("jobs", { kind: "release_all", user: this.#userName() }));
+    } catch (error) {
+      this.#fail(error.message);
+    }
+    this.#busy = false;
+    await this.#changed();
+    if (job) this.#tell(job);
+  }
+
+  /** The document of a job at its end. */
+  async #ended(job) {
+    let now = job;
+    while (now.state === "running") {
+      await new Promise((done) => setTimeout(done, LOOK_AGAIN_MS));
+      now = await get(`job?${new URLSearchParams({ id: job.id })}`);
+    }
+    return now;
+  }
+
+  #tell({ state, message, result }) {
+    if (state !== "done") this.#fail(message ?? state);
+    const units = result?.units ?? [];
+    const others = units.filter((unit) => unit.obstacles.length > 0);
+    say($("units-release-news"), units.length > 0 ? U.releaseAll.done(units.length - others.length, units.length) : "");
+    $("units-not-released").replaceChildren(...others.map(({ unit, model, obstacles }) => {
+      const line = element("li", "");
+      line.append(Object.assign(element("a", unit), { href: unitAddress(unit) }), U.releaseAll.notReleased(model), english(obstacles.join("; ")));
+      return line;
+    }));
+  }
+
+  #fail(message) {
+    say($("units-release-news"), "");
+    tell($("units-release-failure"), [`${U.releaseAll.button}: `, { english: message }]);
+    show($("units-release-failure"), true);
+  }
+}
