@@ -136,7 +136,7 @@ class Queue(LabTest):
         return authors
 
     def test_a_campaign_of_the_queue_keeps_who_put_it_there_whoever_begins_it(self):
-        self.start_lab(rate=400)
+        self.start_lab(rate=2000)
         self.queue("a")
         self.queue("b", user="quentin")
         self.lab.soak("campaign", "next", "--user", "rita")
