@@ -2,7 +2,7 @@
 // Who is told of alarms when nobody looks at the page, and whether that works: a test.
 
 import { get, post } from "./api.mjs";
-import { $, element, say, show, tell } from "./dom.mjs";
+import { $, element, english, say, show, tell } from "./dom.mjs";
 import { clock } from "./format.mjs";
 import { C } from "./records_words.mjs";
 
@@ -11,12 +11,20 @@ const nameOf = ({ way, to }) => `${Object.hasOwn(C.alarms.to, way) ? C.alarms.to
 
 /** @param {import("./documents.mjs").AlarmWay} way */
 function wayLine(way) {
-  const { waiting, trouble, sent_utc_s } = way;
+  const { waiting, trouble, sent_utc_s, test } = way;
   const line = element("li", "");
   const last = sent_utc_s === null ? C.alarms.nothingSent : C.alarms.lastSent(clock(sent_utc_s));
   line.append(element("span", `${nameOf(way)}: ${last}`));
   if (waiting > 0) line.append(element("span", C.alarms.waiting(waiting)));
-  if (trouble) line.append(Object.assign(element("p", trouble), { className: "bad", lang: "en" }));
+  if (test) line.append(testLine(test));
+  if (trouble && trouble !== test?.trouble) line.append(Object.assign(element("p", trouble), { className: "bad", lang: "en" }));
+  return line;
+}
+
+/** @param {NonNullable<import("./documents.mjs").AlarmWay["test"]>} test */
+function testLine({ utc_s, user, trouble }) {
+  const line = Object.assign(element("p", C.alarms.lastTest(clock(utc_s), user)), { className: trouble === null ? "good" : "bad" });
+  line.append(trouble === null ? C.alarms.tookTest : english(trouble));
   return line;
 }
 
@@ -55,6 +63,7 @@ export class AlarmsCard {
       const { ways } = await post("alarms/test", { user: this.#userName() });
       const sent = ways.filter(({ trouble }) => trouble === null).map(nameOf);
       say($("alarms-news"), sent.length ? C.alarms.taken(sent.join("; ")) : "");
+      await this.#show();
       const troubled = ways.filter(({ trouble }) => trouble !== null);
       if (troubled.length) fail(troubled.flatMap((way, i) => [`${i ? "; " : ""}${nameOf(way)}: `, { english: way.trouble }]));
     });

@@ -4,11 +4,11 @@
 import { mayOperate, showAccount } from "./account.mjs";
 import { connectAlerts, renderAlerts } from "./alerts.mjs";
 import { get, send, subscribe } from "./api.mjs";
-import { confirmsItself, openAbortDialog, renderCampaign, renderDoor, renderHead, renderPrompt } from "./campaign_cards.mjs";
+import { confirmsItself, dismiss, openAbortDialog, renderCampaign, renderDoor, renderHead, renderPrompt } from "./campaign_cards.mjs";
 import { Chart } from "./chart.mjs";
 import { renderChamber, renderUnits } from "./device_cards.mjs";
 import { $, element, english, say, show } from "./dom.mjs";
-import { clock, timeText } from "./format.mjs";
+import { clock, readable, timeText } from "./format.mjs";
 import { NoiseCard } from "./noise_card.mjs";
 import { StartForm } from "./start_form.mjs";
 import { StoredCard } from "./stored_card.mjs";
@@ -128,7 +128,7 @@ function addLog(entries) {
     newestLog = entry.number;
     const line = document.createElement("li");
     line.dataset.kind = entry.kind;
-    line.append(element("time", clock(entry.utc_s)), element("span", entry.subject), element("span", entry.text));
+    line.append(element("time", clock(entry.utc_s)), element("span", entry.subject), element("span", readable(entry.text)));
     $("log").prepend(line);
   }
   while ($("log").childElementCount > LOG_LINES) $("log").lastElementChild.remove();
@@ -177,6 +177,10 @@ function connectButtons() {
     if (target.dataset.campaign) command("unqueue", { campaign: target.dataset.campaign });
   });
   $("confirm").addEventListener("click", () => confirm());
+  $("dismiss").addEventListener("click", () => {
+    dismiss(status);
+    render();
+  });
   $("abort").addEventListener("click", () => openAbortDialog(status, plan));
   $("abort-cancel").addEventListener("click", () => $("abort-dialog").close());
   $("abort-form").addEventListener("submit", () => command("abort", { reason: $("abort-reason").value.trim() }));

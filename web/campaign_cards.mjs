@@ -2,13 +2,15 @@
 // What the campaign does, what it asks, and whether the door may be opened.
 
 import { $, element, say, show } from "./dom.mjs";
-import { duration, number, written } from "./format.mjs";
+import { duration, number, readable, written } from "./format.mjs";
 import { drawPose } from "./pose.mjs";
 import { T } from "./text.mjs";
-import { abortText, allRestAsAsked, doorOf, faceOf, finishOf, isActive, nextBeginsByItself, positionOf, queueText, runOf, sign, stateText, stepText, turnText, waitsForChamber } from "./words.mjs";
+import { abortText, allRestAsAsked, doorOf, faceOf, finishOf, isActive, isOver, nextBeginsByItself, positionOf, queueText, runOf, sign, stateText, stepText, turnText, waitsForChamber } from "./words.mjs";
 
 const CAN_PAUSE = ["preflight", "running", "waiting"];
 const CAN_ABORT = ["preflight", "running", "waiting", "paused"];
+
+const DISMISSED = "soak-dismissed"; // the campaign that is over, and whose card somebody has put away
 
 /** The campaign that the buttons are about: the running or last one, or one that can be resumed. */
 export const nameOf = ({ campaign, resumable }) => campaign?.name ?? resumable ?? null;
@@ -33,14 +35,21 @@ export function renderCampaign(status, plan) {
   const { campaign, clock: time, state, reason, resumable } = status;
   // After a restart soakd makes the chamber safe before it knows the campaign again: there is no name yet.
   const queued = queueText(status);
-  const shown = isActive(status) || nameOf(status) !== null || queued !== "";
+  const over = isOver(status);
+  const dismissed = over && queued === "" && localStorage.getItem(DISMISSED) === idOf(campaign);
+  const shown = !dismissed && (isActive(status) || nameOf(status) !== null || queued !== "");
   show($("progress-card"), shown);
   if (!shown) return;
+  $("progress-card").classList.toggle("over", over);
+  show($("after"), over);
+  if (over) say($("after-text"), T.campaign.after[state](campaign.name));
+  show($("dismiss"), queued === "");
+  show($("step-text"), state !== "finished" || !over);
   say($("step-text"), stepText(status, plan));
   const inBanner = state === "failed" || state === "interrupted" || (waitsForChamber(status) && !status.suspension);
   const says = reason !== null && !inBanner;
   show($("reason"), says);
-  say($("reason"), says ? reason : "");
+  say($("reason"), says ? readable(reason) : "");
   $("reason").classList.toggle("calm", !["paused", "stopping", "aborted"].includes(state));
   show($("queue"), queued !== "");
   say($("queue"), queued);
@@ -53,7 +62,21 @@ export function renderCampaign(status, plan) {
   $("next").disabled = false;
   say($("next"), resumable ? T.campaign.giveUp(resumable) : T.campaign.next);
   $("resume").classList.toggle("primary", !$("resume").disabled);
+  const goesOn = isActive(status) && state !== "stopping"; // else nothing comes nearer
+  show($("process-time"), goesOn);
+  show($("host-time"), goesOn && time.rate !== 1);
   if (campaign) renderFacts(campaign, plan, time, finishOf(status));
+}
+
+/** Which campaign it is, among those of the same name too. */
+const idOf = ({ name, started_utc_s }) => `${name} ${started_utc_s}`;
+
+/**
+ * Puts the card of the campaign that is over away, until there is another one.
+ * @param {import("./documents.mjs").Status} status
+ */
+export function dismiss(status) {
+  localStorage.setItem(DISMISSED, idOf(status.campaign));
 }
 
 let shownQueue = "";
@@ -85,7 +108,6 @@ function renderFacts(campaign, plan, time, finish) {
   say($("run"), run ? T.campaign.of(run.number, run.of) : T.campaign.preflight);
   say($("step"), T.campaign.of(campaign.step + 1, campaign.steps));
   say($("remaining"), duration(campaign.remaining_s));
-  show($("host-time"), time.rate !== 1);
   say($("process-label"), time.rate === 1 ? T.campaign.left : T.campaign.leftProcess);
   say($("host-label"), T.campaign.leftHost(written(String(time.rate))));
   say($("remaining-host"), duration(campaign.remaining_s / time.rate));

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The few things that are done to the page over and over.
 
+import { readable } from "./format.mjs";
+
 /**
  * The element with that id. What kind of element it is index.html says.
  * @param {string} id
@@ -22,12 +24,15 @@ export function element(name, text) {
   return node;
 }
 
-/** What the station itself says, which is English whatever the page speaks: for screen readers. */
+/**
+ * What the station itself says, which is English whatever the page speaks: for screen readers.
+ * @param {string | null} text null: it says nothing
+ */
 export function english(text) {
-  return Object.assign(element("span", text), { lang: "en" });
+  return Object.assign(element("span", readable(text ?? "")), { lang: "en" });
 }
 
-/** @typedef {string | {english: string}} Part of a sentence: the page's own words, or those of the station */
+/** @typedef {string | {english: string | null}} Part of a sentence: the page's own words, or those of the station */
 
 /**
  * Says a sentence of parts.

@@ -62,6 +62,7 @@ export class EventsView {
     if (page === null) return;
     const known = new Set([...$("audit-kind").options].map(({ value }) => value));
     for (const kind of page.kinds) if (!known.has(kind)) this.#addKind(kind);
+    $("audit-users").replaceChildren(...page.users.map((user) => new Option("", user)));
     $("audit").tBodies[0].replaceChildren(...page.events.map(eventRow));
     show($("audit"), page.events.length > 0);
     say($("audit-nothing"), page.events.length === 0 ? E.none : "");

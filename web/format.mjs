@@ -27,6 +27,12 @@ export function number(value, decimals) {
   return written(Number(text) === 0 ? text.replace("-", "") : text);
 }
 
+/** A set temperature, as it was set: "22.5", "−20". */
+export const setTemperature = (temp_c) => number(temp_c, Number.isInteger(temp_c) ? 0 : 1);
+
+/** Units as people write them, in what the station says: "deg/s/g" → "°/s/g", "m/s2" → "m/s²". */
+export const readable = (text) => text.replace(/\bdeg\/s\b/g, "°/s").replace(/\bm\/s2\b/g, "m/s²");
+
 /** A number with so many significant digits, never in powers of ten. */
 export function significant(value, digits) {
   if (!value) return number(value, 0);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a gap search and a comparison mean in words. Nothing here touches the page.
 
-import { significant, UNKNOWN } from "./format.mjs";
+import { readable, significant, UNKNOWN } from "./format.mjs";
 import { textsOf } from "./text.mjs";
 import { sensorText } from "./unit_words.mjs";
 
@@ -21,7 +21,7 @@ export const smallUnitOf = (sensor) => (sensor.startsWith("gyro") ? SMALL["deg/s
 export const small = (value, digits = 2) => (value === null || value === undefined ? UNKNOWN : significant(1000 * value, digits));
 
 /** "312 s, tau 320 s" */
-export const sizeText = ({ magnitude, shape }) => `${significant(magnitude.value, 3)} ${magnitude.unit}${shape ? `, ${shape}` : ""}`;
+export const sizeText = ({ magnitude, shape }) => `${significant(magnitude.value, 3)} ${readable(magnitude.unit)}${shape ? `, ${shape}` : ""}`;
 
 export const sensorsText = (sensors) => (sensors.length === 6 ? G.allSensors : sensors.map(sensorText).join(", "));
 

@@ -3,7 +3,7 @@
 // chance.
 
 import { element } from "./dom.mjs";
-import { number } from "./format.mjs";
+import { number, setTemperature } from "./format.mjs";
 import { G, small, smallUnitOf } from "./gap_words.mjs";
 import { sensorText } from "./unit_words.mjs";
 
@@ -31,7 +31,7 @@ export function mapKey() {
 }
 
 function plateauHead({ temp_c, sweep }) {
-  const head = element("th", `${number(temp_c, 0)} °C `);
+  const head = element("th", `${setTemperature(temp_c)} °C `);
   head.scope = "row";
   const sign = element("span", SWEEPS[sweep]);
   sign.ariaHidden = "true";

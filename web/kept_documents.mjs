@@ -61,6 +61,7 @@
  * @property {Event[]} events
  * @property {boolean} has_older
  * @property {string[]} kinds
+ * @property {string[]} users
  */
 
 /**
@@ -166,6 +167,7 @@
  * @property {number} waiting
  * @property {string | null} trouble
  * @property {number | null} sent_utc_s
+ * @property {{utc_s: number, user: string, trouble: string | null} | null} test
  */
 
 /**

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the documents of stored runs mean in words. Nothing here touches the page.
 
-import { number, significant, written } from "./format.mjs";
+import { number, setTemperature, significant, written } from "./format.mjs";
 import { T, textsOf } from "./text.mjs";
 
 /** @type {typeof import("./text_runs_en.mjs").text} */
@@ -58,7 +58,7 @@ export function stateOf(segment) {
   return { kind: "used", title: R.segments.states.used, why: findingsText(segment.findings) };
 }
 
-export const plateauText = ({ plateau_c }) => (plateau_c === null ? R.segments.noPlateau : `${number(plateau_c, 0)} °C`);
+export const plateauText = ({ plateau_c }) => (plateau_c === null ? R.segments.noPlateau : `${setTemperature(plateau_c)} °C`);
 export const upText = ({ position, attempt }) => {
   const up = position === "" ? R.segments.atRest : position.replace("-", "−");
   return attempt > 0 ? R.segments.attempt(up, attempt + 1) : up;

@@ -23,6 +23,7 @@ export class StartForm {
   #timer = 0;
   /** @type {import("./slot_look.mjs").SlotLook | null} */
   #look = null; // once somebody has looked
+  #looks = false;
 
   /** `userName()`: who starts a campaign. */
   constructor(userName) {
@@ -74,9 +75,7 @@ export class StartForm {
 
   /** Asks the units themselves, which takes some seconds. */
   async #lookIntoSlots() {
-    const button = $("start-look");
-    button.disabled = true;
-    say(button, T.start.looking);
+    this.#showLooking(true);
     show($("start-failure"), false);
     try {
       const { SlotLook } = await import("./slot_look.mjs");
@@ -85,8 +84,15 @@ export class StartForm {
     } catch (error) {
       this.#fail([`${T.start.look}: `, { english: error.message }]);
     }
-    say(button, T.start.look);
-    button.disabled = false;
+    this.#showLooking(false);
+  }
+
+  /** The station refuses a start while it looks: its button says so. */
+  #showLooking(looks) {
+    this.#looks = looks;
+    for (const id of ["start-look", "start-send"]) $(id).disabled = looks;
+    say($("start-look"), looks ? T.start.looking : T.start.look);
+    say($("start-send"), looks ? T.start.waitsForLook : T.start.send);
   }
 
   /** At rest the form lies open; beside a campaign it is for the queue only, and folded. */
@@ -253,12 +259,14 @@ export class StartForm {
       this.#fail([{ english: error.message }]);
       $("start-box").open = true;
     }
-    for (const button of ["start-send", "start-queue"]) $(button).disabled = false;
+    $("start-send").disabled = this.#looks;
+    $("start-queue").disabled = false;
   }
 }
 
-function reviewLine({ text, level, link }) {
-  const line = Object.assign(element("li", text), { className: level });
+function reviewLine({ parts, level, link }) {
+  const line = Object.assign(element("li", ""), { className: level });
+  tell(line, parts);
   if (link) line.append(". ", Object.assign(element("a", link.text), { href: link.address }));
   return line;
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the check of a campaign that has not begun says, in words. Nothing here touches the page.
 
-import { number, shortDuration } from "./format.mjs";
+import { number, setTemperature, shortDuration } from "./format.mjs";
 import { T } from "./text.mjs";
 
 const REFERENCES = "references"; // where a mistake is about certificates of the register
@@ -14,7 +14,7 @@ function size(bytes) {
 
 function extentText({ runs, visits, set_points_c, positions }) {
   const [lowest, highest] = [Math.min(...set_points_c), Math.max(...set_points_c)];
-  const range = lowest === highest ? T.start.at(number(lowest, 0)) : T.start.range(number(lowest, 0), number(highest, 0));
+  const range = lowest === highest ? T.start.at(setTemperature(lowest)) : T.start.range(setTemperature(lowest), setTemperature(highest));
   return [T.start.runs(runs), T.start.visits(visits), range, T.start.positions(positions.length)].join(", ");
 }
 
@@ -34,18 +34,18 @@ function diskText({ needed_bytes, free_bytes }) {
 export const unknownUnits = ({ mistakes }) => mistakes.map(({ where }) => where.match(/^unit (?!type )(.*)/)?.[1]).filter((serial) => serial);
 
 /**
- * Lines {text, level, link} (`bad`: it would be refused; `note`; `good`), the refusals first; `link`: {text, address} of what mends it, if the page does. `named`, `filled`: whether a name and a serial number have been entered;
+ * Lines {parts, level, link} (`bad`: it would be refused; `note`; `good`), the refusals first; `link`: {text, address} of what mends it, if the page does. `named`, `filled`: whether a name and a serial number have been entered;
  * before that their lack is no mistake to tell.
  */
 export function reviewLines({ procedure, units = [], mistakes, notes = [], disk }, { named, filled, rate, end }) {
   const told = mistakes.filter(({ where }) => (named || where !== "--name") && (filled || where !== "--unit"));
   const place = (where) => (where.includes("/") ? ` (${where})` : "");
   const mends = (where) => (where === REFERENCES ? { text: T.start.toRecords, address: "#records" } : undefined);
-  const lines = told.map(({ message, where }) => ({ text: T.start.refused(message, place(where)), level: "bad", link: mends(where) }));
+  const lines = told.map(({ message, where }) => ({ parts: [T.start.refused, { english: message }, place(where)], level: "bad", link: mends(where) }));
   if (procedure) {
-    lines.push({ text: `${procedure.name}: ${extentText(procedure)}; ${timeText(procedure, { rate, end })}`, level: told.length > 0 ? "note" : "good" });
-    if (disk.needed_bytes !== null) lines.push({ text: diskText(disk), level: "note" });
+    lines.push({ parts: [`${procedure.name}: ${extentText(procedure)}; ${timeText(procedure, { rate, end })}`], level: told.length > 0 ? "note" : "good" });
+    if (disk.needed_bytes !== null) lines.push({ parts: [diskText(disk)], level: "note" });
   }
-  for (const { slot, serial, type } of units) lines.push({ text: T.start.holds(slot, serial, type), level: "note" });
-  return [...lines, ...notes.map((text) => ({ text, level: "note" }))];
+  for (const { slot, serial, type } of units) lines.push({ parts: [T.start.holds(slot, serial, type)], level: "note" });
+  return [...lines, ...notes.map((note) => ({ parts: [{ english: note }], level: "note" }))];
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the page says, in German: as a technician of a laboratory says it. What the station itself says is English; what has a code is said here by it.
 
-import { number, plural, written } from "./format.mjs";
+import { number, plural, setTemperature, written } from "./format.mjs";
 
 const sign = (label) => label.replace("-", "−");
 const list = (names) => new Intl.ListFormat("de").format(names);
@@ -73,7 +73,7 @@ const QUESTIONS = {
   position: ({ position, wrong }) => `${wrong.length > 0 ? `Noch nicht richtig: Prüfling ${list(wrong)}. ` : ""}Die Vorrichtung so drehen, dass ihr ${sign(position)} nach oben zeigt, dann bestätigen.`,
   heading: ({ heading_deg }) => heading_deg === 0 ? "Die ganze Vorrichtung in ihre übliche Richtung zurückdrehen, dann bestätigen."
     : `Die ganze Vorrichtung aus ihrer üblichen Richtung um ${written(String(Math.abs(heading_deg)))}° ${heading_deg > 0 ? "im" : "gegen den"} Uhrzeigersinn drehen (von oben gesehen), dann bestätigen.`,
-  dry_air: ({ temp_c }) => `Die Spülung mit trockener Luft einschalten, dann bestätigen: Der nächste Sollwert ist ${number(temp_c, 1)} °C.`,
+  dry_air: ({ temp_c }) => `Die Spülung mit trockener Luft einschalten, dann bestätigen: Der nächste Sollwert ist ${setTemperature(temp_c)} °C.`,
   power: ({ off_s, slots }) => `Die Prüflinge in ${slotsText(slots)} mindestens ${number(off_s, 0)} s lang ausschalten, wieder einschalten und bestätigen.`,
   units: ({ slots, expected, found }) => `${slots.map((slot, i) => `In Steckplatz ${slot} steckt Prüfling ${found[i]}, erwartet ist ${expected[i]}.`).join(" ")}
     Die richtigen Prüflinge einsetzen oder ihre Kabel umstecken, dann bestätigen. Sind die Seriennummern der Kampagne falsch: abbrechen und mit den richtigen neu starten.`,
@@ -160,6 +160,14 @@ export const text = {
     procedure: "Prüfablauf",
     of: (number, all) => `${number} von ${all}`,
     preflight: "Vorprüfung",
+    after: {
+      finished: (name) => `${name} ist fertig.`,
+      aborted: (name) => `${name} wurde abgebrochen: Ihre fertigen Läufe bleiben.`,
+      then: "Als Nächstes:",
+      toRuns: "ihre Läufe ansehen",
+      toUnits: "ihre Prüflinge kalibrieren und beurteilen",
+      dismiss: "Ausblenden",
+    },
     giveUp: (resumable) => `${resumable} aufgeben, nächste beginnen`,
     queue: "Kampagnen in der Warteschlange",
     takeOut: "Entfernen",
@@ -219,10 +227,12 @@ export const text = {
     closed: "Tür geschlossen halten",
     open: "Tür darf geöffnet werden",
     dew: (temp) => `Taupunkt des Raums ${temp} °C`,
-    later: (time, span) => ` Öffnen möglich ab ${time} (in ${span}).`,
+    later: (time, span) => ` Am Ende des Laufs von selbst möglich, ${time} (in ${span}).`,
+    pauseAt: (temp, time, span) => ` Zum Öffnen bei ${temp} °C pausieren, ab ${time} (in ${span}), und auf die grüne Lampe warten.`,
+    pausedHere: " Eine Pause hält diese Temperatur: „Fortsetzen“, und an einem ungefährlichen Plateau wieder pausieren.",
     noChamber: (dew) => `Die Temperatur der Kammer ist nicht bekannt; ${dew}.`,
     moves: "Die Vorrichtung bewegt sich",
-    cold: (coldest, dry, dew) => `Es kann sich Tau bilden: Das kälteste Teil hat ${coldest} °C, nötig sind ${dry} °C (${dew})`,
+    cold: (coldest, dry, dew) => `An kalten Prüflingen bildet sich Tau: Das kälteste Teil hat ${coldest} °C, nötig sind ${dry} °C (${dew})`,
     hot: (hottest) => `Heiß: ${hottest} °C`,
     goesOn: "Die Kampagne läuft von selbst weiter, sobald die Kammer sicher ist: zuerst abbrechen",
     begins: (name, time) => `Kampagne ${name} beginnt von selbst (${time}): zuerst abbrechen`,
@@ -304,11 +314,12 @@ export const text = {
     ends: (time) => `; Ende bei sofortigem Start: ${time}`,
     writes: (size) => `schreibt etwa ${size}`,
     free: (size) => `; ${size} sind frei`,
-    refused: (message, place) => `Abgelehnt: ${message}${place}`,
+    refused: "Abgelehnt: ",
     toRecords: "Den neuen Kalibrierschein eintragen oder das Prüfmittel ausmustern: Prüfmittel",
     holds: (slot, serial, type) => `Steckplatz ${slot}: ${serial}, Typ ${type}`,
     look: "Steckplätze abfragen",
     looking: "Wird abgefragt, einige Sekunden …",
+    waitsForLook: "Starten: wartet auf die Abfrage der Steckplätze",
   },
   found: {
     unit: (serial, product, firmware) => [serial, product, firmware && `Firmware ${firmware}`].filter(Boolean).join(", "),

@@ -14,7 +14,7 @@ export const text = {
   to: "Bis",
   show: "Anzeigen",
   clear: "Zurücksetzen",
-  none: "Kein Ereignis passt dazu.",
+  none: "Kein Ereignis passt dazu. „Betrifft“ und „Durch“ müssen der ganze Name sein.",
   time: "Zeit",
   what: "Was",
   older: "Ältere",

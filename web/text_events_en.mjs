@@ -13,7 +13,7 @@ export const text = {
   to: "To",
   show: "Show",
   clear: "Clear",
-  none: "No event is like that.",
+  none: "No event is like that. “About” and “By” must be the whole name.",
   time: "Time",
   what: "What",
   older: "Older",

@@ -108,6 +108,8 @@ export const text = {
     nothingSent: "noch nichts gesendet",
     lastSent: (time) => `zuletzt gesendet: ${time}`,
     waiting: (count) => plural(count, { one: ", eine Nachricht wartet", other: `, ${count} Nachrichten warten` }),
+    lastTest: (time, user) => `Letzte Testnachricht ${time}, von ${user}: `,
+    tookTest: "vom Server angenommen",
     taken: (ways) => `Der Server hat sie angenommen: ${ways}. Bitte nachsehen, ob sie ankommt.`,
   },
 };

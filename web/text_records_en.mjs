@@ -100,6 +100,8 @@ export const text = {
     nothingSent: "nothing sent yet",
     lastSent: (time) => `last sent ${time}`,
     waiting: (count) => `, ${count} waiting`,
+    lastTest: (time, user) => `Last test ${time}, by ${user}: `,
+    tookTest: "the server took it",
     taken: (ways) => `The server has taken it: ${ways}. Look whether it arrives.`,
   },
 };

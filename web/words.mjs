@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the station's documents mean in words that a technician acts on. Nothing here touches the page.
 
-import { duration, number, shortDuration, timeOfDay, UNKNOWN } from "./format.mjs";
+import { duration, number, readable, setTemperature, shortDuration, timeOfDay, UNKNOWN } from "./format.mjs";
 import { T } from "./text.mjs";
 
 /** States in which a campaign holds the chamber. */
@@ -17,6 +17,12 @@ const TILT_DEG = 5;
 
 /** @param {import("./documents.mjs").Status} status */
 export const isActive = (status) => ACTIVE.includes(status.state);
+
+/**
+ * Whether the campaign has ended, and cannot be resumed.
+ * @param {import("./documents.mjs").Status} status
+ */
+export const isOver = ({ state, campaign, resumable }) => ["finished", "aborted"].includes(state) && campaign !== null && resumable === null;
 
 /** Whether the campaign waits by itself for something that is not asked of a person. */
 const waitsByItself = (status) => status.state === "waiting" && (status.suspension !== null || !status.prompt);
@@ -60,7 +66,7 @@ export function runOf(campaign, plan) {
 function plateauText(step, plan) {
   if (step.visit === null) return null;
   const visits = [...new Set(plan.steps.filter((s) => s.run === step.run && s.visit !== null).map((s) => s.visit))];
-  return T.steps.plateau(number(step.temp_c, 0), visits.indexOf(step.visit) + 1, visits.length);
+  return T.steps.plateau(setTemperature(step.temp_c), visits.indexOf(step.visit) + 1, visits.length);
 }
 
 /**
@@ -85,7 +91,7 @@ function actionText(status, step, position) {
     case "spin":
       return step.rate_dps ? T.steps.spins(number(step.rate_dps, 0)) : T.steps.spinEnds;
     case "set_temperature":
-      return prompt ? T.steps.dryAir : step.visit === null ? T.steps.chamberGoesTo(number(step.temp_c, 0)) : T.steps.chamberOnItsWay;
+      return prompt ? T.steps.dryAir : step.visit === null ? T.steps.chamberGoesTo(setTemperature(step.temp_c)) : T.steps.chamberOnItsWay;
     case "wait_stable":
       return T.steps.settling;
     case "record":
@@ -127,7 +133,7 @@ export function stepText(status, plan) {
   if (!campaign) return T.steps.inState(stateText(status));
   const step = plan?.steps[campaign.step];
   if (state === "finished") return T.steps.allDone;
-  const text = step ? placeAndAction(status, step, plan) : campaign.step_text;
+  const text = step ? placeAndAction(status, step, plan) : readable(campaign.step_text);
   if (["aborted", "failed", "interrupted"].includes(state)) return T.steps.stoppedAt(text);
   const left_s = !step || prompt || state !== "running" && state !== "preflight" ? null : leftOfStep_s(status, plan);
   return `${text}${left_s !== null && left_s >= 1 ? `, ${shortDuration(left_s)}` : ""}`;
@@ -185,13 +191,45 @@ function extremes({ chamber, units }) {
   return { coldest: Math.min(...known), hottest: Math.max(...known) };
 }
 
-/** Host seconds until the end of the next warm-up, after which the door may be opened; null where that is not planned. */
-function opensIn_s({ campaign, clock, state }, plan) {
-  if (!campaign || !plan || !["preflight", "running", "waiting"].includes(state)) return null;
-  const end = plan.steps.findIndex((step, i) => i >= campaign.step && step.kind === "warm_end");
-  if (end < 0) return null;
-  const after_s = plan.steps.slice(end + 1).reduce((sum, step) => sum + step.estimate_s, 0);
-  return Math.max(0, campaign.remaining_s - after_s) / clock.rate;
+/**
+ * Host seconds until a step of the plan begins; null where it is late already, or the campaign does not go on now.
+ * @param {import("./documents.mjs").Status} status
+ * @param {import("./documents.mjs").Plan} plan
+ */
+function beginsIn_s({ campaign, clock, state }, plan, step) {
+  if (!["preflight", "running"].includes(state)) return null;
+  const from_s = plan.steps.slice(step).reduce((sum, { estimate_s }) => sum + estimate_s, 0);
+  const left_s = campaign.remaining_s - from_s;
+  return left_s > 0 ? left_s / clock.rate : null;
+}
+
+/** The same as words in a sentence: `words(time of day, span)`; "" where nothing is planned. */
+function plannedText(status, plan, step, words) {
+  const in_s = step < 0 ? null : beginsIn_s(status, plan, step);
+  return in_s === null ? "" : words(timeOfDay(now_s(status) + in_s, now_s(status)), shortDuration(in_s));
+}
+
+/** When the run is over and the door may be opened without a pause. */
+function endOfRunText(status, plan) {
+  const { campaign } = status;
+  if (!campaign || !plan) return "";
+  const end = plan.steps.findIndex(({ kind }, i) => i >= campaign.step && kind === "warm_end");
+  return plannedText(status, plan, end < 0 ? -1 : end + 1, T.door.later);
+}
+
+/**
+ * How a door that is closed because of the temperature can be opened: by a pause at the next plateau of this run that is neither cold nor hot, or at its end.
+ * @param {import("./documents.mjs").Status} status
+ * @param {import("./documents.mjs").Plan | null} plan
+ */
+function opensText(status, plan, dry_c) {
+  if (status.state === "paused") return T.door.pausedHere;
+  const { campaign } = status;
+  if (!campaign || !plan) return "";
+  const { run } = plan.steps[campaign.step] ?? {};
+  const plateau = plan.steps.findIndex((step, i) => i > campaign.step && step.run === run && step.kind === "record" && step.temp_c > dry_c && step.temp_c < HOT_C);
+  const pauses = plannedText(status, plan, plateau, (time, span) => T.door.pauseAt(setTemperature(plan.steps[plateau].temp_c), time, span));
+  return `${pauses}${endOfRunText(status, plan)}`;
 }
 
 /**
@@ -202,23 +240,22 @@ function opensIn_s({ campaign, clock, state }, plan) {
 export function doorOf(status, plan) {
   const { chamber, fixture, room, state, units } = status;
   const dew = T.door.dew(number(room.dew_point_c, 0));
-  const in_s = opensIn_s(status, plan);
-  const later = in_s === null ? "" : T.door.later(timeOfDay(now_s(status) + in_s, now_s(status)), shortDuration(in_s));
-  const no = (why) => ({ lamp: "no", title: T.door.closed, text: `${why}.${later}` });
+  const no = (why, how = "") => ({ lamp: "no", title: T.door.closed, text: `${why}.${how}` });
   if (!chamber.connected) {
     return { lamp: "unknown", title: T.door.unknown, text: T.door.noChamber(dew) };
   }
   if (fixture.moving) return no(T.door.moves);
   const { coldest, hottest } = extremes(status);
   const dry_c = room.dew_point_c + DRY_MARGIN_K;
-  if (coldest <= dry_c) return no(T.door.cold(number(coldest, 0), number(dry_c, 0), dew));
-  if (hottest >= HOT_C) return no(T.door.hot(number(hottest, 0)));
+  const how = opensText(status, plan, dry_c);
+  if (coldest <= dry_c) return no(T.door.cold(number(coldest, 0), number(dry_c, 0), dew), how);
+  if (hottest >= HOT_C) return no(T.door.hot(number(hottest, 0)), how);
   if (status.resumes_by_itself) return no(T.door.goesOn);
   if (nextBeginsByItself(status)) return no(T.door.begins(status.queue.campaigns[0].name, nextBegins(status)));
   if (state === "paused") return { lamp: "yes", title: T.door.open, text: T.door.paused(number(coldest, 0), dew) };
   if (state === "waiting" && !waitsByItself(status)) return { lamp: "yes", title: T.door.open, text: T.door.asks(number(coldest, 0), dew) };
   if (status.campaign?.step_trouble) return no(T.door.notOff);
-  if (state === "stopping" || isActive(status)) return no(state === "stopping" ? T.door.stopping : T.door.runs);
+  if (state === "stopping" || isActive(status)) return no(state === "stopping" ? T.door.stopping : T.door.runs, endOfRunText(status, plan));
   // An alarm may have switched the chamber off while the units were cold (docs/campaigns.md, the safe state).
   if (state === "failed" && units.every((unit) => unit.temp_c === null)) {
     return { lamp: "unknown", title: T.door.unknown, text: T.door.coldUnits(number(chamber.air_c, 0), dew) };
@@ -239,7 +276,7 @@ export function alertsOf(status) {
     const face = unit ? faceOf(unit) : null;
     const { title, action, deadline } = T.alarm(alarm, status, face ? turnText(face) : "");
     const ends = alarm.deadline ? ` ${deadline} ${timeOfDay(alarm.deadline.utc_s, now_s(status))}.` : "";
-    return { level: alarm.level, title, detail: alarm.detail, action: `${action}${ends}` };
+    return { level: alarm.level, title, detail: alarm.detail && readable(alarm.detail), action: `${action}${ends}` };
   });
 }
 

@@ -406,6 +406,8 @@ class Catalog {
   [[nodiscard]] base::Result<std::vector<EventRow>> find_events(const EventFilter& filter) const;
   /// The kinds of all events, each once, in the order of the alphabet.
   [[nodiscard]] base::Result<std::vector<std::string>> event_kinds() const;
+  /// Who stands in the events, each once, in the order of the alphabet.
+  [[nodiscard]] base::Result<std::vector<std::string>> event_users() const;
   /// Follows the chain of the event log; fails (corrupt), naming the first event that was changed or is missing.
   [[nodiscard]] base::Result<EventChain> check_events() const;
   /// SQLite's integrity check and foreign keys, the schema, the seals of the tables and the chain of the event log:

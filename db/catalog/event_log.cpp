@@ -156,6 +156,11 @@ base::Result<std::vector<std::string>> Catalog::event_kinds() const {
   return impl_->rows("read the event log", "SELECT DISTINCT kind FROM event ORDER BY kind", sqlite::text_from);
 }
 
+base::Result<std::vector<std::string>> Catalog::event_users() const {
+  return impl_->rows("read the event log", "SELECT DISTINCT user FROM event WHERE user <> '' ORDER BY user",
+                     sqlite::text_from);
+}
+
 base::Result<EventChain> Catalog::check_events() const {
   return impl_->connection.snapshot("check the event log", [&] { return follow_chain(impl_->database()); });
 }

@@ -24,7 +24,11 @@ std::vector<AlarmBook::Entry> AlarmBook::take(const json& alarms, double now_s, 
   std::vector<Entry> entries;
   for (auto place = known_.begin(); place != known_.end();) {
     Known& known = place->second;
-    if (known.is_told && may_last(place->first.first)) known.seen_s = now_s;
+    if (!may_last(place->first.first)) {
+      known.was_missed = known.seen_s < now_s;
+    } else if (known.is_told && !known.was_missed) {
+      known.seen_s = now_s;
+    }
     const double away_s = now_s - known.seen_s;
     if (away_s == 0.0 && !known.is_told && now_s - known.since_s >= kHolds_s) begin(known, now_s, entries);
     const bool is_over = away_s > 0.0 && (!known.is_told || away_s >= kStaysAway_s);

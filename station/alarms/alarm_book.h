@@ -41,7 +41,7 @@ class AlarmBook {
   using MayLast = std::function<bool(std::string_view code)>;
 
   /// What is to be told now. `alarms`: those of a status document; those that do not call are left out. `now_s`: of a
-  /// clock that does not go back. What may last has not ended.
+  /// clock that does not go back. What may last has not ended, unless it was gone already when that began.
   [[nodiscard]] std::vector<Entry> take(const nlohmann::json& alarms, double now_s, const MayLast& may_last);
 
  private:
@@ -51,6 +51,7 @@ class AlarmBook {
     double seen_s = 0.0;
     bool is_told = false;
     bool is_held_back = false;
+    bool was_missed = false;  ///< it was not seen when it should have been
   };
 
   void begin(Known& known, double now_s, std::vector<Entry>& entries);

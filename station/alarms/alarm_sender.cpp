@@ -80,7 +80,7 @@ base::Result<json> AlarmSender::test(const std::string& user) {
   const AlarmMessage message = message_of("test", fmt::format("A test by {}: nothing is wrong", user), place_now(""));
   std::vector<std::future<base::Status>> tries;
   for (const auto& courier : couriers_) {
-    tries.push_back(std::async(std::launch::async, [&] { return courier->send_now(message); }));
+    tries.push_back(std::async(std::launch::async, [&] { return courier->test(message, user); }));
   }
   json ways = json::array();
   for (std::size_t i = 0; i < tries.size(); ++i) {

@@ -13,6 +13,8 @@
 
 namespace soak::station {
 
+using nlohmann::json;
+
 Courier::Courier(std::unique_ptr<Delivery> delivery, Note note)
     : delivery_(std::move(delivery)), note_(std::move(note)), thread_([this] { work(); }) {}
 
@@ -49,7 +51,17 @@ void Courier::add(AlarmMessage message) {
   }
 }
 
-base::Status Courier::send_now(const AlarmMessage& message) const {
+base::Status Courier::test(const AlarmMessage& message, const std::string& user) {
+  const base::Status sent = send(message);
+  const double utc_s = now_utc_s();
+  const std::lock_guard lock(mutex_);
+  note_try(sent, utc_s);
+  test_ = {utc_s, user, trouble_};
+  changed_.notify_all();
+  return sent;
+}
+
+base::Status Courier::send(const AlarmMessage& message) const {
   try {
     return delivery_->send(message, stop_);
   } catch (const std::exception& error) {
@@ -58,13 +70,24 @@ base::Status Courier::send_now(const AlarmMessage& message) const {
   }
 }
 
+void Courier::note_try(const base::Status& sent, double utc_s) {
+  trouble_ = sent ? "" : one_line(sent.error().message);
+  if (!sent) return;
+  sent_utc_s_ = utc_s;
+  for (Letter& other : letters_) other.due = std::min(other.due, Clock::now());
+}
+
 nlohmann::json Courier::document() const {
+  const auto null_if_empty = [](const std::string& text) { return text.empty() ? json() : json(text); };
   const std::lock_guard lock(mutex_);
+  json test;
+  if (test_) test = {{"utc_s", test_->utc_s}, {"user", test_->user}, {"trouble", null_if_empty(test_->trouble)}};
   return {{"way", delivery_->way()},
           {"to", delivery_->destination()},
           {"waiting", letters_.size()},
-          {"trouble", trouble_.empty() ? nlohmann::json() : nlohmann::json(trouble_)},
-          {"sent_utc_s", sent_utc_s_ ? nlohmann::json(*sent_utc_s_) : nlohmann::json()}};
+          {"trouble", null_if_empty(trouble_)},
+          {"sent_utc_s", sent_utc_s_ ? json(*sent_utc_s_) : json()},
+          {"test", std::move(test)}};
 }
 
 void Courier::work() {
@@ -94,14 +117,10 @@ bool Courier::deliver_next() {
   Letter letter = std::move(*next());
   letters_.erase(next());
   lock.unlock();
-  const base::Status sent = send_now(letter.message);
+  const base::Status sent = send(letter.message);
   const bool stays_here = stays(letter, sent);
   lock.lock();
-  trouble_ = sent ? "" : one_line(sent.error().message);
-  if (sent) {
-    sent_utc_s_ = now_utc_s();
-    for (Letter& other : letters_) other.due = std::min(other.due, Clock::now());
-  }
+  note_try(sent, now_utc_s());
   if (stays_here) letters_.push_back(std::move(letter));
   return true;
 }

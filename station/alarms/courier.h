@@ -44,10 +44,10 @@ class Courier {
   void add(AlarmMessage message);
   /// Breaks off what is being sent; nothing is sent any more.
   void stop();
-  /// Sends a message at once, from the caller's thread, and does not try again.
-  [[nodiscard]] base::Status send_now(const AlarmMessage& message) const;
+  /// Sends a message of `user`'s at once, from the caller's thread, and does not try again.
+  [[nodiscard]] base::Status test(const AlarmMessage& message, const std::string& user);
   [[nodiscard]] const Delivery& delivery() const { return *delivery_; }
-  /// {"way", "to", "waiting", "trouble", "sent_utc_s"}: docs/http-api.md.
+  /// {"way", "to", "waiting", "trouble", "sent_utc_s", "test"}: docs/http-api.md.
   [[nodiscard]] nlohmann::json document() const;
 
  private:
@@ -59,6 +59,17 @@ class Courier {
     std::size_t tries = 0;
   };
 
+  /// The last one that somebody asked for.
+  struct Test {
+    double utc_s = 0.0;
+    std::string user;
+    std::string trouble;  ///< empty: the server took it
+  };
+
+  /// A delivery that throws has failed.
+  [[nodiscard]] base::Status send(const AlarmMessage& message) const;
+  /// With the mutex locked: what became of a try that ended at that time. A server that takes one may take others.
+  void note_try(const base::Status& sent, double utc_s);
   void work();
   /// Waits for a letter that is due, and tries it; false once the thread is to end.
   [[nodiscard]] bool deliver_next();
@@ -72,6 +83,7 @@ class Courier {
   std::deque<Letter> letters_;
   std::string trouble_;  ///< of the last try; empty after one that was taken
   std::optional<double> sent_utc_s_;
+  std::optional<Test> test_;
   std::atomic<bool> stop_ = false;
   std::thread thread_;
 };

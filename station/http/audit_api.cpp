@@ -76,11 +76,16 @@ Result<json> answer_audit(RunArchive& runs, const Parameters& parameters) {
     if (!events) return base::forward_error(events);
     auto kinds = catalog.event_kinds();
     if (!kinds) return base::forward_error(kinds);
+    auto users = catalog.event_users();
+    if (!users) return base::forward_error(users);
     const bool has_older = events->size() > shown;
     if (has_older) events->resize(shown);
     json list = json::array();
     for (const db::EventRow& event : *events) list.push_back(event_json(event));
-    return json{{"events", std::move(list)}, {"has_older", has_older}, {"kinds", *std::move(kinds)}};
+    return json{{"events", std::move(list)},
+                {"has_older", has_older},
+                {"kinds", *std::move(kinds)},
+                {"users", *std::move(users)}};
   });
 }
 

@@ -36,7 +36,7 @@ class StopCommand {
 
 std::string reason_of_start(const StartRequest& request, const std::optional<WayBack>& resumed) {
   const std::string way = resumed && !resumed->text.empty() ? "; " + resumed->text : "";
-  return fmt::format("{} by {}{}", resumed ? "resumed" : "started", request.user, way);
+  return fmt::format("{} {}{}", resumed ? "resumed" : "started", begun_by(request.user, request.queued_by), way);
 }
 
 tl::unexpected<base::Error> wrong_state(std::string message) { return base::bad_input(std::move(message), "state"); }
@@ -258,7 +258,7 @@ void Engine::begin_campaign(const StartRequest& request, CheckedStart checked, c
   std::vector<std::string> serials;
   for (const CheckedUnit& unit : checked.units) serials.push_back(unit.serial);
   history_.begin(std::move(serials));
-  station_->campaign = {request.campaign, request.user, std::move(checked.plan)};
+  station_->campaign = {request.campaign, begun_by(request.user, request.queued_by), std::move(checked.plan)};
   station_->preflight.clear();
   step_attempts_.clear();
   if (const auto done = catalog_.completed_steps(request.campaign)) {

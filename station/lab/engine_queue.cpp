@@ -94,7 +94,7 @@ base::Status Engine::next(const std::string& user, const std::string& campaign) 
 
 base::Result<nlohmann::json> Engine::begin_first(const QueuedCampaign& first, const std::string& user) {
   StartRequest request = first.request;
-  request.user = user;
+  request.queued_by = std::exchange(request.user, user);
   auto begun = do_start(request, std::nullopt);
   if (!begun) return begun;
   queue_is_held_ = false;
@@ -189,9 +189,7 @@ base::Status Engine::try_to_begin(const QueuedCampaign& first) {
     return {};
   }
   const auto begun = begin_first(first, "soakd");
-  if (!begun) return base::forward_error(begun);
-  log_.add("campaign", first.request.campaign, fmt::format("begun by itself, queued by {}", first.request.user));
-  return {};
+  return begun ? base::Status{} : base::forward_error(begun);
 }
 
 nlohmann::json Engine::queue_document() const {

@@ -185,7 +185,9 @@ json Engine::campaign_document() const {
   const bool ended = step_ >= plan.steps.size();
   const std::size_t index = std::min(step_, plan.steps.size() - 1);
   const Step& step = plan.steps[index];
-  const double in_step_s = std::max(0.0, station_->now_s() - step_started_s_);
+  // A campaign that is paused, suspended or over comes no nearer to the end of its step: it does it again, if at all.
+  const bool goes_on = state_ == CampaignState::running;
+  const double in_step_s = goes_on ? std::max(0.0, station_->now_s() - step_started_s_) : 0.0;
   const double remaining_s = ended ? 0.0 : estimate_after_step_s() + std::max(0.0, step.estimate_s - in_step_s);
   const double total_s = plan.estimate_s();
   return {{"name", station_->campaign.name},

@@ -122,7 +122,8 @@ WayBack behind_last_visit(const Plan& plan, const PlannedRun& run, const std::se
   if (next == plan.steps.size() || begin_of_way(plan, next) == next) return way;
   const WayBack rest = into_run(plan, plan.runs[static_cast<std::size_t>(plan.steps[next].run)], ended, room_c);
   way.steps.insert(way.steps.end(), rest.steps.begin(), rest.steps.end());
-  return {way.steps, way.text + "; " + rest.text};
+  const std::string& next_label = plan.runs[static_cast<std::size_t>(plan.steps[next].run)].label;
+  return {way.steps, fmt::format("{} ({})", rest.text.empty() ? next_label + " begins" : rest.text, way.text)};
 }
 
 WayBack into_run(const Plan& plan, const PlannedRun& run, const std::set<std::size_t>& ended, double room_c) {

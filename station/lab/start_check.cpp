@@ -252,6 +252,10 @@ base::Result<std::optional<std::string>> note_on_check_standards(const db::Catal
   return missing_check_standard(catalog, serials);
 }
 
+std::string begun_by(const std::string& user, const std::string& queued_by) {
+  return fmt::format("by {}{}", user, queued_by.empty() ? "" : ", queued by " + queued_by);
+}
+
 nlohmann::json start_document(const StartRequest& request, const CheckedStart& checked,
                               const std::vector<std::string>& notes) {
   nlohmann::json units = nlohmann::json::object();
@@ -260,6 +264,7 @@ nlohmann::json start_document(const StartRequest& request, const CheckedStart& c
           {"procedure_text", request.procedure_text},
           {"units", std::move(units)},
           {"user", request.user},
+          {"queued_by", request.queued_by.empty() ? nlohmann::json() : nlohmann::json(request.queued_by)},
           {"notes", notes},
           {"plan_sha256", fingerprint(checked.plan)}};
 }
@@ -273,6 +278,9 @@ base::Result<StartRequest> request_of(const db::CampaignRow& row) {
     request.procedure_text = document.at("procedure_text");
     request.units = document.at("units").get<std::map<std::string, std::string>>();
     request.user = document.at("user");
+    // Journals of earlier versions do not have it.
+    const auto queued_by = document.value("queued_by", nlohmann::json());
+    if (!queued_by.is_null()) request.queued_by = queued_by;
     return request;
   } catch (const nlohmann::json::exception& error) {
     return base::corrupt(fmt::format("the journal of campaign '{}' cannot be read: {}", row.name, error.what()));

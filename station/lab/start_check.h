@@ -77,6 +77,9 @@ struct ReviewedStart {
 [[nodiscard]] base::Result<std::optional<std::string>> note_on_check_standards(const db::Catalog& catalog,
                                                                                const CheckedStart& checked);
 
+/// "by eva", "by soakd, queued by eva": who began a campaign, and who had put it into the queue (empty: nobody).
+[[nodiscard]] std::string begun_by(const std::string& user, const std::string& queued_by);
+
 /// What the journal keeps of a campaign, and back. `notes` says what was remarkable at the start.
 [[nodiscard]] nlohmann::json start_document(const StartRequest& request, const CheckedStart& checked,
                                             const std::vector<std::string>& notes);

@@ -256,6 +256,7 @@ base::Status Station::open_recorder(const PlannedRun& run) {
   auto recorder = RunRecorder::begin(catalog, info, std::string(name_of(purpose)), std::move(recorded),
                                      !procedure().rate_positions.empty());
   if (!recorder) return base::forward_error(recorder);
+  if (auto noted = recorder->add_event(0.0, "begun", campaign.begun_by); !noted) return noted;
   recorder_ = *std::move(recorder);
   run_is_preflight_ = purpose == Purpose::diagnosis;
   return {};

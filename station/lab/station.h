@@ -27,7 +27,7 @@ namespace soak::station {
 /// The campaign that is carried out.
 struct Campaign {
   std::string name;
-  std::string user;
+  std::string begun_by;  ///< begun_by()
   Plan plan;
   std::vector<std::string> missing_units = {};  ///< which units are missing from which run
   bool purge_confirmed = false;                 ///< the operator has confirmed that dry air flows

@@ -19,6 +19,7 @@ struct StartRequest {
   std::string campaign;
   std::map<std::string, std::string> units;  ///< slot → serial number; empty = the units that the configuration names
   std::string user;
+  std::string queued_by = {};  ///< who put it into the queue; empty = it was never there
 };
 
 /// The running station as the HTTP interface sees it. Every call may come from any thread and returns soon; commands

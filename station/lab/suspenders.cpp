@@ -21,6 +21,9 @@ constexpr double kSupplyOff = 0.10;  ///< share of the set voltage
 constexpr double kSupplyBack = 0.05;
 constexpr double kSupplyOff_s = 10.0;
 
+/// What a link says, without the time of its next try: the text is kept for longer than that.
+std::string without_next_try(const std::string& trouble) { return trouble.substr(0, trouble.find("; next try in ")); }
+
 }  // namespace
 
 std::string_view name_of(SuspensionCause cause) {
@@ -69,8 +72,9 @@ Suspenders::Finding Suspenders::judge(SuspensionCause cause, const StationCondit
   const auto unknown = [] { return Finding{Level::between, 0.0, ""}; };
   switch (cause) {
     case SuspensionCause::chamber:
-      return {level(conditions.chamber_silent_s >= kChamberSilent_s, conditions.chamber_silent_s <= 0.0), 0.0,
-              "the chamber does not answer, it is left at its set point: " + conditions.chamber_trouble};
+      return {
+          level(conditions.chamber_silent_s >= kChamberSilent_s, conditions.chamber_silent_s <= 0.0), 0.0,
+          "the chamber does not answer, it is left at its set point: " + without_next_try(conditions.chamber_trouble)};
     case SuspensionCause::air: {
       if (!conditions.air_off_k) return unknown();
       const double off_k = *conditions.air_off_k;

@@ -284,6 +284,8 @@ TEST_F(CatalogTest, FindsEventsByKindSubjectUserAndTime) {
   EXPECT_EQ(numbers({.most = 2}), (Numbers{6, 5}));
   EXPECT_EQ(numbers({.kind = "even' OR 1"}), Numbers{});
   EXPECT_EQ(*catalog_->event_kinds(), (std::vector<std::string>{"even", "odd"}));
+  ASSERT_TRUE(catalog_->log_event({700.0, "even", "SN1", "nobody is named", ""}));
+  EXPECT_EQ(*catalog_->event_users(), (std::vector<std::string>{"ann", "eva"}));
 }
 
 TEST_F(CatalogTest, ShowsRatesInDegreesPerSecond) {

@@ -133,7 +133,10 @@ class Campaign(LabTest):
         self.assertEqual(paused["state"], "paused")
         step = paused["campaign"]["step"]
         self.wait("time goes on", lambda s: s["clock"]["process_s"] > paused["clock"]["process_s"] + 200)
-        self.assertEqual(self.status()["campaign"]["step"], step)
+        later = self.status()
+        self.assertEqual(later["campaign"]["step"], step)
+        for figure in ("remaining_s", "progress"):
+            self.assertEqual(later["campaign"][figure], paused["campaign"][figure], "nothing comes nearer while it is paused")
         mode, _, set_point_c, _ = self.chamber()
         self.assertEqual((mode, set_point_c), (AUTO, paused["chamber"]["set_point_c"]))
         self.lab.soak("campaign", "resume")

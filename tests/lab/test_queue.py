@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Campaigns that are queued: they begin one after another, and wait for somebody where the one before did not finish."""
+import contextlib
 import json
 import pathlib
+import sqlite3
 import urllib.error
 import urllib.request
 
@@ -14,9 +16,9 @@ SLOW = 50  # rate at which the notice takes six seconds: what is to happen in it
 
 
 class Queue(LabTest):
-    def queue(self, name, procedure=None):
+    def queue(self, name, procedure=None, user="paula"):
         path = self.write(f"{name}.toml", procedure or short_procedure())
-        return self.lab.soak_json("campaign", "start", path, "--name", name, "--queue")
+        return self.lab.soak_json("campaign", "start", path, "--name", name, "--queue", "--user", user)
 
     def post(self, command, **body):
         request = urllib.request.Request(self.lab.page + "api/v1/campaign/" + command, json.dumps({"user": "eva", **body}).encode(),
@@ -123,6 +125,30 @@ class Queue(LabTest):
         self.assertEqual(self.waiting(), (["b"], "campaign"))
         self.wait_for_state("b", "finished")
         self.expect_states(("a", "finished"), ("b", "finished"))
+
+    def author_in_runs(self, campaign):
+        """What the run files of a campaign say of who began it."""
+        files = self.query(f"SELECT DISTINCT file_name, created_utc_s FROM run WHERE campaign = '{campaign}' ORDER BY created_utc_s")
+        authors = []
+        for file, _ in files:
+            with contextlib.closing(sqlite3.connect(f"file:{pathlib.Path(self.lab.data) / 'runs' / file}?mode=ro", uri=True)) as run:
+                authors += [text for (text,) in run.execute("SELECT text FROM event WHERE kind = 'begun'")]
+        return authors
+
+    def test_a_campaign_of_the_queue_keeps_who_put_it_there_whoever_begins_it(self):
+        self.start_lab(rate=2000)
+        self.queue("a")
+        self.queue("b", user="quentin")
+        self.lab.soak("campaign", "next", "--user", "rita")
+        self.wait_for_state("b", "finished")
+        self.expect_states(("a", "finished"), ("b", "finished"))
+        self.assert_event("campaign", "a", "started by rita, queued by paula")
+        self.assert_event("campaign", "b", "started by soakd, queued by quentin")
+        documents = dict(self.query("SELECT campaign, document FROM journal"))
+        self.assertEqual({name: json.loads(text)["queued_by"] for name, text in documents.items()}, {"a": "paula", "b": "quentin"})
+        self.wait("the runs", lambda _: len(self.author_in_runs("b")) == 1, lab_s=10.0)
+        self.assertEqual(self.author_in_runs("a"), ["by rita, queued by paula"])
+        self.assertEqual(self.author_in_runs("b"), ["by soakd, queued by quentin"])
 
     def test_nothing_begins_by_itself_after_a_restart_though_the_last_campaign_had_finished(self):
         self.begin_two(SLOW)

@@ -146,17 +146,18 @@ TEST_F(AlarmRules, EachCauseOfAWaitIsToldTheMoreUrgentFirst) {
   EXPECT_EQ(alarms_of(status).at(1).at("about"), "acceptance");
 }
 
-/// The status of each stage lasts a minute; what is told then.
+/// What is told while a status lasts.
 class AlarmsOverTime : public AlarmRules {
  protected:
-  std::vector<std::string> minute() {
+  std::vector<std::string> minute() { return seconds(60.0); }
+  std::vector<std::string> seconds(double for_s) {
     std::vector<std::string> told;
     const auto may_last = [&](std::string_view code) { return may_last_unseen(status, code); };
-    for (const auto& entry : over(book_, alarms_of(status), now_s_, now_s_ + 60.0, may_last)) {
+    for (const auto& entry : over(book_, alarms_of(status), now_s_, now_s_ + for_s, may_last)) {
       told.push_back((entry.turn == AlarmTurn::began ? "began " : "ended ") +
                      entry.alarm.at("code").get<std::string>());
     }
-    now_s_ += 60.0;
+    now_s_ += for_s;
     return told;
   }
   void suspend(const json& causes) {
@@ -208,6 +209,16 @@ TEST_F(AlarmsOverTime, AWaitIsNotOverBecauseSomebodyPausesTheCampaign) {
   status["suspension"] = nullptr;
   EXPECT_EQ(minute(), Codes());
   status["state"] = "running";
+  EXPECT_EQ(minute(), Codes{"ended waits_for_disk"});
+}
+
+TEST_F(AlarmsOverTime, AWaitThatWasOverBeforeSomebodyPausesTheCampaignIsOver) {
+  suspend({"disk"});
+  EXPECT_EQ(minute(), Codes{"began waits_for_disk"});
+  status["state"] = "running";
+  status["suspension"] = nullptr;
+  EXPECT_EQ(seconds(2.0), Codes());
+  status["state"] = "paused";
   EXPECT_EQ(minute(), Codes{"ended waits_for_disk"});
 }
 

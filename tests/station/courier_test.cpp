@@ -103,7 +103,7 @@ TEST(Courier, ADeliveryThatThrowsIsATryThatFailed) {
   EXPECT_NE(notes[0].find("alarm_not_sent not sent to eva@lab.example: A: the try broke off: no luck"),
             std::string::npos);
   EXPECT_NE(notes[1].find("alarm_sent sent to eva@lab.example: B"), std::string::npos);
-  EXPECT_FALSE(courier.send_now(message("A")));
+  EXPECT_FALSE(courier.test(message("A"), "eva"));
 }
 
 /// Its status cannot be made the first time.
@@ -131,6 +131,31 @@ TEST(AlarmSender, ALookThatThrowsIsFollowedByAnother) {
   const auto subjects = tried.first(1);
   ASSERT_EQ(subjects.size(), 1U);
   EXPECT_NE(subjects[0].find("The data folder is gone"), std::string::npos);
+}
+
+TEST(AlarmSender, ATestIsKeptWithItsTimeItsUserAndWhatTheServerAnswered) {
+  ScriptedStation lab;
+  Tried tried;
+  std::atomic<bool> takes = true;
+  std::vector<std::unique_ptr<Delivery>> deliveries;
+  deliveries.push_back(delivery(tried, [&](const auto&, const auto&) { return takes ? base::Status() : refused(); }));
+  AlarmSender sender(lab, std::move(deliveries));
+  const auto way = [&] { return sender.document().at("ways").at(0); };
+  EXPECT_TRUE(way().at("test").is_null());
+  const auto utc_s = [] { return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()); };
+  const double before_s = utc_s().count();
+  ASSERT_TRUE(sender.test("eva"));
+  const auto taken = way();
+  EXPECT_EQ(taken.at("test").at("user"), "eva");
+  EXPECT_TRUE(taken.at("test").at("trouble").is_null());
+  EXPECT_GE(taken.at("test").at("utc_s").get<double>(), before_s);
+  EXPECT_LE(taken.at("test").at("utc_s").get<double>(), utc_s().count());
+  EXPECT_EQ(taken.at("sent_utc_s"), taken.at("test").at("utc_s"));
+  takes = false;
+  ASSERT_TRUE(sender.test("bob"));
+  EXPECT_EQ(way().at("test").at("user"), "bob");
+  EXPECT_EQ(way().at("test").at("trouble"), "554 no");
+  EXPECT_EQ(way().at("sent_utc_s"), taken.at("sent_utc_s")) << "nothing was taken since";
 }
 
 TEST(AlarmSender, StopBreaksOffATestThatIsBeingSent) {

@@ -195,15 +195,32 @@ TEST(WayBack, DoesNotGoBackToAPlateauThatWasSkipped) {
   }
 }
 
+/// The first step of a run behind its last visit.
+std::size_t behind_visits(const Plan& plan, const PlannedRun& run) {
+  std::size_t behind = run.last_step;
+  while (plan.steps[behind - 1].visit < 0 && plan.steps[behind - 1].kind != StepKind::record) --behind;
+  return behind;
+}
+
 TEST(WayBack, MeasuresNothingAgainWhereAllVisitsAreDone) {
   for (const Plan& plan : all_plans()) {
     const PlannedRun& run = plan.runs.back();
-    std::size_t behind = run.last_step;
-    while (plan.steps[behind - 1].visit < 0 && plan.steps[behind - 1].kind != StepKind::record) --behind;
-    for (std::size_t cut = behind; cut <= run.last_step; ++cut) {
+    for (std::size_t cut = behind_visits(plan, run); cut <= run.last_step; ++cut) {
       EXPECT_TRUE(after_break(plan, way_back(plan, first_steps(cut), kRoomC)).empty()) << describe(plan, cut);
     }
   }
+}
+
+TEST(WayBack, SaysFirstWhatFollowsARunThatHasAllItsVisits) {
+  bool one_begins = false;
+  for (const Plan& plan : all_plans()) {
+    for (const PlannedRun& run : plan.runs) {
+      const std::string said = way_back(plan, first_steps(behind_visits(plan, run)), kRoomC).text;
+      EXPECT_FALSE(said.ends_with("; ") || said.starts_with(run.label + " has all its visits;")) << said;
+      one_begins = one_begins || said.ends_with(" begins (" + run.label + " has all its visits)");
+    }
+  }
+  EXPECT_TRUE(one_begins);
 }
 
 TEST(WayBack, ARunIsRepeatedFromItsFirstVisitWhereTheProcedureSaysSo) {

@@ -46,6 +46,14 @@ TEST(Suspenders, CarriesOnWhereAllIsWellOrNotKnown) {
   EXPECT_EQ(suspenders.suspended_since_s(), std::nullopt);
 }
 
+TEST(Suspenders, DoNotKeepWhenALinkIsTriedNext) {
+  Suspenders suspenders(kTwelveHours_s);
+  StationConditions silent = silent_chamber(61.0);
+  silent.chamber_trouble = "10.0.0.7:502: timed out; next try in 8.0 s";
+  EXPECT_EQ(suspenders.look(100.0, silent), Advice::suspend);
+  EXPECT_TRUE(suspenders.text().ends_with("10.0.0.7:502: timed out")) << suspenders.text();
+}
+
 TEST(Suspenders, WaitForAChamberThatIsSilentForLongerThanAMinuteUntilItHasAnsweredForAnother) {
   Suspenders suspenders(kTwelveHours_s);
   EXPECT_EQ(suspenders.look(100.0, silent_chamber(0.1)), Advice::carry_on);

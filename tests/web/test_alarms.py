@@ -274,6 +274,9 @@ class Ways(AlarmTest):
         self.assertIn("A test by eva", message(peers.got("mail"))["Subject"])
         self.wait("the event", lambda: [user for _, _, user in self.events(station, "alarm_sent")] == ["eva"])
         self.wait("its trouble", lambda: self.events(station, "alarm_not_sent"))
+        kept = station.get("alarms")
+        check_schema(kept, "http-alarms")
+        self.assertEqual([(way["test"]["user"], way["test"]["trouble"]) for way in kept["ways"]], [("eva", way["trouble"]) for way in answer["ways"]])
         for secret in ("/refuses", "a token"):
             self.assertNotIn(secret, self.told(station) + json.dumps(answer))
 
@@ -295,6 +298,12 @@ class Ways(AlarmTest):
         browser.click("#alarms-test")
         browser.wait_for_text("#alarms-news", f"The server has taken it: Mail to {TO}")
         browser.wait_for_text("#alarms-failure", "404")
+        for state in ("sent", "loaded again"):
+            with self.subTest(state=state):
+                browser.wait_for_text("#alarms-ways li:nth-child(1)", f"Mail to {TO}: last sent ")
+                browser.wait_for_text("#alarms-ways li:nth-child(1)", ", by Eva: the server took it")
+                browser.wait_for_text("#alarms-ways li:nth-child(2)", ", by Eva: the server answers 404")
+            browser.go(station.url + "#records")
         self.assertIn("A test by Eva", message(peers.got("mail"))["Subject"])
         self.assertEqual(browser.poor_contrast(), [])
         self.assertEqual(browser.console(), [])

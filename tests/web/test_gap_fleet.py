@@ -147,6 +147,8 @@ class Interface(WithStation):
         check_schema(page, "http-audit")
         self.assertEqual(page["events"], listed[::-1][:500])
         self.assertEqual(page["kinds"], sorted({event["kind"] for event in listed}))
+        self.assertEqual(page["users"], sorted({event["user"] for event in listed if event["user"]}))
+        self.assertGreater(len(page["users"]), 0)
         for name, value in (("kind", "model_added"), ("subject", LAGGING)):
             mine = [event for event in listed if event[name] == value]
             self.assertGreater(len(mine), 0)
@@ -439,7 +441,9 @@ class Page(WithStation):
         self.see("#chain-result", "none changed or missing")
         self.browser.type("#audit-user", "nobody at all")
         self.click("#audit-send")
-        self.see("#audit-nothing", "No event is like that.")
+        self.see("#audit-nothing", "No event is like that. “About” and “By” must be the whole name.")
+        names = sorted({event["user"] for event in listed if event["user"]})
+        self.assertEqual(self.browser.run("return [...document.querySelector('#audit-user').list.options].map(({ value }) => value)"), names)
         self.assertEqual(self.browser.run(rows), 0)
         self.assertEqual(self.browser.console(), [])
 

@@ -233,7 +233,7 @@ class German(LanguageTest):
         self.open_german()
         self.station.set("/state", "waiting")
         asked = {"position": ({"position": "-Z", "wrong": ["SN1", "SN2"]}, "Noch nicht richtig: Prüfling SN1 und SN2. Die Vorrichtung so drehen, dass ihr −Z nach oben zeigt"), "heading": ({"heading_deg": -22.5}, "22,5° gegen den Uhrzeigersinn"),
-                 "dry_air": ({"temp_c": -20.0}, "−20,0 °C"), "power": ({"off_s": 10.0, "slots": ["A", "C"]}, "Steckplätzen A und C mindestens 10 s"),
+                 "dry_air": ({"temp_c": -20.0}, "−20 °C."), "power": ({"off_s": 10.0, "slots": ["A", "C"]}, "Steckplätzen A und C mindestens 10 s"),
                  "units": ({"slots": ["B"], "expected": ["SN2"], "found": ["SN9"]}, "In Steckplatz B steckt Prüfling SN9, erwartet ist SN2.")}
         self.assertEqual(set(asked), set(STATUS_SCHEMA["properties"]["prompt"]["properties"]["code"]["enum"]))
         for number, (code, (about, text)) in enumerate(asked.items(), 1):
@@ -324,6 +324,10 @@ class German(LanguageTest):
             self.station.set("/state", state)
             self.browser.wait("return document.querySelector('#state').dataset.state === arguments[0]", state)
             self.assert_german(state)
+        self.station.set("/state", "running")
+        self.station.set("/chamber/air_c", -20.0)
+        self.see("#door-text", "Zum Öffnen bei 40 °C pausieren")
+        self.assert_german("cold")
         self.browser.click("#abort")
         self.see("#abort-dialog", "Was von Lauf 2 von 2 aufgezeichnet ist, wird ungültig")
         self.see("#abort-dialog", "Der Lauf davor bleibt.")
@@ -331,6 +335,14 @@ class German(LanguageTest):
         self.see("#abort-cancel", "Weiterlaufen lassen")
         self.assert_german("abort")
         self.browser.click("#abort-cancel")
+
+    def test_a_campaign_that_is_over(self):
+        self.open_german()
+        for state, text in (("finished", "acceptance ist fertig."), ("aborted", "acceptance wurde abgebrochen")):
+            self.station.set("/state", state)
+            self.see("#after", text)
+            self.assert_german(state)
+            self.assert_fits()
 
     def test_a_refusal_in_the_station_s_own_words_is_marked_as_english(self):
         self.open_german()

@@ -138,6 +138,24 @@ class AtRest(StationTest):
         self.browser.press("Enter")  # in a field, with its first button hidden
         self.station.wait_for_command(f"queue check-3 {file} [name = 'short'] 1=SN0042 by web page")
 
+    def test_while_the_slots_are_looked_into_start_says_what_it_waits_for(self):
+        self.rest()
+        self.browser.run("""
+          const real = window.fetch;
+          window.fetch = (path, ...more) => String(path).endsWith("campaign/look")
+            ? new Promise((done) => { window.answerLook = () => done(real(path, ...more)); }) : real(path, ...more);""")
+        self.browser.click("#start-look")
+        self.see("#start-send", "Start: waits for the look into the slots")
+        self.assertTrue(self.disabled("#start-send"))
+        self.fill_form("check-1")
+        self.browser.click("#start-queue")
+        self.browser.wait("return document.querySelector('#start-name').value === ''")
+        self.assertTrue(self.disabled("#start-send"))
+        self.browser.wait("return Boolean(window.answerLook)")
+        self.browser.run("window.answerLook()")
+        self.browser.wait("return document.querySelector('#start-send').innerText === 'Start'")
+        self.assertFalse(self.disabled("#start-send"))
+
     def test_a_refused_start_says_why(self):
         self.rest()
         self.station.tell("fail 2 --unit")
