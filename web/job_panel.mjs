@@ -11,6 +11,7 @@ import { nextOf, U } from "./unit_words.mjs";
 const LOOK_AGAIN_MS = 1000;
 const LOOKS_AT_OTHERS = 10; // every so many times where no job is known to run
 const MOST_SHOWN = 8;
+const OF_RUNS = "kalibr"; // the one format that is not of a model
 const KINDS = ["fit", "verify", "report", "release", "export"];
 
 export class JobPanel {
@@ -22,6 +23,7 @@ export class JobPanel {
   #running = null; // the job that is under way, of whatever unit
   #ended = []; // those of this unit that are shown
   #shown = null; // which these are, as text; null before the first look
+  #ofAll = null; // the last job that ended and was of all units; null before the first look
   #lines = ""; // the same, with the models that they were made from
   #looking = false;
   #lookAgain = false; // somebody has asked while an answer was under way
@@ -36,7 +38,10 @@ export class JobPanel {
     this.#took = took;
     $("unit-format").append(...Object.entries(U.formats).map(([value, text]) => Object.assign(element("option", text), { value })));
     for (const kind of KINDS) $(`unit-${kind}`).addEventListener("click", () => this.#startOwn(kind));
-    $("unit-format").addEventListener("change", () => this.#offerSignature());
+    $("unit-format").addEventListener("change", () => {
+      this.#offerSignature();
+      this.#enable();
+    });
     $("unit-cancel").addEventListener("click", () => this.#cancel());
     let ticks = 0;
     setInterval(() => {
@@ -67,7 +72,8 @@ export class JobPanel {
     const { kind: next } = nextOf(unit);
     for (const kind of KINDS) $(`unit-${kind}`).classList.toggle("primary", kind === next);
     show($("unit-simulated-box"), unit.model?.simulated === true);
-    const obstacles = unit.model?.state === "released" ? [] : (unit.release?.obstacles ?? []);
+    const isOpen = unit.model?.state === "fitted" || unit.model?.state === "verified";
+    const obstacles = isOpen ? (unit.release?.obstacles ?? []) : [];
     tell($("unit-release-why"), obstacles.length > 0 ? [U.jobs.notReleased, { english: `${obstacles.join("; ")}.` }] : []);
     this.#showEnded();
     this.#enable();
@@ -92,7 +98,8 @@ export class JobPanel {
     $("unit-verify").disabled = busy || !hasModel || this.#unit.verify_with.length === 0;
     $("unit-report").disabled = busy || !hasModel;
     $("unit-release").disabled = busy || !hasModel || this.#unit.model.state === "released" || this.#unit.release.obstacles.length > 0;
-    $("unit-export").disabled = busy || !hasModel;
+    const isWithdrawn = this.#unit?.model?.state === "withdrawn";
+    $("unit-export").disabled = busy || !hasModel || (isWithdrawn && $("unit-format").value !== OF_RUNS);
     this.#took(busy, this.#running);
   }
 
@@ -180,8 +187,17 @@ export class JobPanel {
       tell($("job-news"), isFirst || own.length === 0 ? [] : spoken(own[0]));
       this.#changed(); // also at the first look: one may have ended since the unit was read
     }
+    this.#heed(jobs.find(({ unit, state }) => unit === "" && state !== "running")?.id ?? 0);
     show($("unit-jobs-none"), own.length === 0);
     this.#enable();
+  }
+
+  /** A job of all units has changed this one, too. */
+  #heed(ofAll) {
+    const isFirst = this.#ofAll === null;
+    if (ofAll === this.#ofAll) return;
+    this.#ofAll = ofAll;
+    if (!isFirst) this.#changed();
   }
 
   /** Anew only where they say something else: somebody may be about to press a download. */

@@ -39,6 +39,7 @@ export function madeFrom({ kind, state, result }, newest) {
   const version = result?.model ?? null;
   if (state !== "done" || version === null || (kind !== "report" && kind !== "export")) return "";
   if (newest !== null && newest.version !== version) return U.jobs.madeFromOlder(version, newest.version);
+  if (newest?.state === "withdrawn") return U.jobs.madeFromWithdrawn(version);
   const isMarked = result.unreleased === true;
   return isMarked && newest?.state === "released" ? U.jobs.madeBeforeRelease(version) : U.jobs.madeFrom(version);
 }

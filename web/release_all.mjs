@@ -6,6 +6,7 @@ import { $, element, english, say, show, tell } from "./dom.mjs";
 import { U, unitAddress } from "./unit_words.mjs";
 
 const LOOK_AGAIN_MS = 1000;
+const MOST_UNANSWERED = 10;
 
 export class ReleaseAll {
   #userName;
@@ -30,15 +31,14 @@ export class ReleaseAll {
     $("units-release").disabled = this.#busy;
   }
 
-  /** What was said of an earlier release is no longer of interest. */
-  forget() {
+  #forget() {
     say($("units-release-news"), "");
     $("units-not-released").replaceChildren();
     show($("units-release-failure"), false);
   }
 
   async #release() {
-    this.forget();
+    this.#forget();
     this.#busy = true;
     $("units-release").disabled = true;
     $("units-title").focus(); // the button is switched off, and may go away
@@ -54,12 +54,18 @@ export class ReleaseAll {
     if (job) this.#tell(job);
   }
 
-  /** The document of a job at its end. */
+  /** The document of a job at its end. One question that is not answered says nothing about the job. */
   async #ended(job) {
     let now = job;
+    let unanswered = 0;
     while (now.state === "running") {
       await new Promise((done) => setTimeout(done, LOOK_AGAIN_MS));
-      now = await get(`job?${new URLSearchParams({ id: job.id })}`);
+      try {
+        now = await get(`job?${new URLSearchParams({ id: job.id })}`);
+        unanswered = 0;
+      } catch (error) {
+        if (++unanswered === MOST_UNANSWERED) throw error;
+      }
     }
     return now;
   }
@@ -68,10 +74,12 @@ export class ReleaseAll {
     if (state !== "done") this.#fail(message ?? state);
     const units = result?.units ?? [];
     const others = units.filter((unit) => unit.obstacles.length > 0);
-    say($("units-release-news"), units.length > 0 ? U.releaseAll.done(units.length - others.length, units.length) : "");
-    $("units-not-released").replaceChildren(...others.map(({ unit, model, obstacles }) => {
+    const released = units.filter((unit) => unit.state === "released").length;
+    say($("units-release-news"), units.length > 0 ? U.releaseAll.done(released, units.length) : "");
+    $("units-not-released").replaceChildren(...others.map(({ unit, model, state, obstacles }) => {
       const line = element("li", "");
-      line.append(Object.assign(element("a", unit), { href: unitAddress(unit) }), U.releaseAll.notReleased(model), english(obstacles.join("; ")));
+      const why = state === "released" ? U.releaseAll.againstTheRule(model) : U.releaseAll.notReleased(model);
+      line.append(Object.assign(element("a", unit), { href: unitAddress(unit) }), why, english(obstacles.join("; ")));
       return line;
     }));
   }

@@ -379,11 +379,11 @@ export const text = {
     accels: "Beschleunigungen",
     empty: "In diesem Lauf noch nichts. Das Rauschen erscheint, sobald ein Prüfling einige Sekunden in Ruhe aufgezeichnet wurde; was früher aufgezeichnet wurde, steht im Bericht des Prüflings.",
     tooShort: (samples) => `Noch zu wenig: ${samples} Messwerte in Ruhe. Das Rauschen erscheint nach einigen Sekunden in Ruhe.`,
-    failed: "Das Rauschen ist nicht zu lesen und wird mit der nächsten Aufzeichnung neu abgefragt: ",
+    failed: "Das Rauschen lässt sich nicht lesen und wird mit der nächsten Aufzeichnung neu abgefragt: ",
     reach: (tau) => `Die Mittelungszeiten reichen bis ${tau} s; für längere eine längere Ruhe aufzeichnen (static-allan.toml).`,
     limit: {
-      gyro: (type, value) => `In der Vorprüfung erlaubt der Typ ${type} seinen Drehratensensoren ${value} °/s/√Hz.`,
-      accel: (type, value) => `In der Vorprüfung erlaubt der Typ ${type} seinen Beschleunigungssensoren ${value} m/s²/√Hz.`,
+      gyro: (type, value) => `Grenzwert der Vorprüfung für Drehratensensoren des Typs ${type}: ${value} °/s/√Hz.`,
+      accel: (type, value) => `Grenzwert der Vorprüfung für Beschleunigungssensoren des Typs ${type}: ${value} m/s²/√Hz.`,
     },
     noLimit: {
       gyro: (type) => `Der Typ ${type} nennt keinen Grenzwert für das Rauschen seiner Drehratensensoren: Die Vorprüfung beurteilt es nicht. noise_max_dps_rthz in ${type}.toml setzt einen.`,

@@ -41,7 +41,7 @@ export const text = {
     follows: (axis, sensors) => [" Es folgt der Größe ", { english: axis }, `, in ${sensors}.`],
     cannotJudge: "Diese Läufe können nicht zeigen, ob dem Modell etwas fehlt.",
     one: (effect, size, sensors) => `${effect}: ${size}, in ${sensors}`,
-    accepted: (effects, version, newest) => `Die Suche in Modell ${version} ergab: ${effects.join(" und ")}. Modell ${newest} enthält das.`,
+    accepted: (effects, version, newest) => `Die Suche in Modell ${version} ergab: ${effects.join(" und ")}. In Modell ${newest} ist das enthalten.`,
     lacks: (effects) => `Dem Modell fehlt ${effects.join("; und ")}.`,
   },
   next: {

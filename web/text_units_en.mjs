@@ -30,8 +30,9 @@ export const text = {
     epoch: "Epoch",
     released: "Released",
     notReleased: "not yet",
-    goodUntil: (day) => `good until ${day}`,
-    noExpiry: "yes; no reference is stated",
+    goodUntil: (day) => `yes; expires on ${day}`,
+    noExpiry: "yes; no date of expiry",
+    againstTheRule: "yes, against the rule of release: do not hand it over",
     exported: "Exported",
     toFit: (runs, count) => `${runs}, ${count} for a fit`,
     notExported: "not yet",
@@ -76,6 +77,7 @@ export const text = {
     running: "Releasing…",
     done: (released, units) => `${released} of ${plural(units, { one: `${units} newest model is`, other: `${units} newest models are` })} released now.`,
     notReleased: (version) => `, model ${version}, may not be released: `,
+    againstTheRule: (version) => `, model ${version}, is released, but must not be handed over: `,
   },
   jobs: {
     title: "Jobs",
@@ -109,6 +111,7 @@ export const text = {
     model: (version) => `: model ${version}`,
     madeFrom: (version) => `Made from model ${version}.`,
     madeFromOlder: (version, newest) => `Made from model ${version}; the newest is ${newest}.`,
+    madeFromWithdrawn: (version) => `Made from model ${version}, which is withdrawn: do not use it.`,
     madeBeforeRelease: (version) => `Made from model ${version} before that was released: the file is marked as not released.`,
     ofEffects: (effects) => ` ${effects}`,
     /** What each kind is called on a button, while it runs, and afterwards. */

@@ -153,7 +153,10 @@ export class UnitView {
 
 /** @param {import("./documents.mjs").Unit} unit */
 function releasedText({ model, release }) {
-  if (model === null || model.state !== "released") return U.unit.notReleased;
+  if (model === null) return U.unit.notReleased;
+  if (model.state === "withdrawn") return U.states.withdrawn;
+  if (model.state !== "released") return U.unit.notReleased;
+  if (release.obstacles.length > 0) return U.unit.againstTheRule;
   return release.expires === null ? U.unit.noExpiry : U.unit.goodUntil(dayText(new Date(`${release.expires}T00:00`)));
 }
 

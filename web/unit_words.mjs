@@ -65,7 +65,8 @@ function isGapOpen({ model, gap: { find } }) {
   const { verdict, effects } = find.job.result;
   if (verdict === "unknown") return find.stale === null;
   const carried = model.terms.map(({ name }) => name);
-  return verdict === "named" && effects.some(({ name }) => !carried.includes(name));
+  const isOld = find.stale !== null && find.job.result.model === model.version;
+  return verdict === "named" && !isOld && effects.some(({ name }) => !carried.includes(name));
 }
 
 /**

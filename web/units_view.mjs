@@ -19,7 +19,6 @@ export class UnitsView {
   }
 
   async open() {
-    this.#releaseAll.forget();
     await this.#load();
   }
 

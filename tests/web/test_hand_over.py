@@ -102,6 +102,26 @@ class HandOver(unittest.TestCase):
         self.assertIn("the next fit takes it", offered[1][2])
         self.assertIn("the model was fitted to it", offered[2][2])
 
+    def test_the_page_of_a_unit_heeds_a_release_of_all(self):
+        self.open_unit(SERIAL)
+        self.see("#unit-badges", "verified")
+        self.job(kind="release_all")
+        self.see("#unit-badges", "released")
+
+    def test_no_two_buttons_of_a_unit_lie_over_each_other_in_german(self):
+        self.browser.go(self.soakd.url)
+        self.browser.run("localStorage.setItem('soak-language', 'de')")
+        self.addCleanup(self.browser.run, "localStorage.removeItem('soak-language')")
+        for width in (390, 770, 850, 950, 1280):
+            self.browser.resize(width, 900)
+            self.open_unit(SERIAL)
+            self.see("#unit-release", "Freigeben")
+            over = self.browser.run("""
+                const boxes = [...document.querySelectorAll("#unit-work button, #unit-work select")].map((e) => [e.id, e.getBoundingClientRect()]).filter(([, b]) => b.width > 0);
+                const overlap = (a, b) => a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom;
+                return boxes.flatMap(([id, a], i) => boxes.slice(i + 1).filter(([, b]) => overlap(a, b)).map(([other]) => `${id} ${other}`));""")
+            self.assertEqual(over, [], width)
+
     def test_a_withdrawn_model_is_not_exported(self):
         self.job(kind="release", unit=SERIAL)
         self.soakd.soak("model", "retire", "--unit", SERIAL, "--model", "1", "--reason", "wrong reference", "--user", "Eva")
@@ -115,12 +135,15 @@ class HandOver(unittest.TestCase):
         self.see("#unit-next", "this model is withdrawn, nobody may use it")
         self.see("#unit-badges", "withdrawn")
         self.assertIn("primary", self.browser.run("return document.querySelector('#unit-fit').className"))
+        self.see("#unit-facts", "withdrawn")
+        self.assertTrue(self.browser.run("return document.querySelector('#unit-export').disabled"))
 
     def test_a_released_model_that_breaks_the_rule_now_is_not_to_be_handed_over(self):
         self.job(kind="release", unit=SERIAL)
         self.soakd.soak("import", stored_units() / "small.csv", "--unit", SERIAL, "--campaign", "later", "--simulated", "--gravity-mps2", "9.80665")
         self.open_unit(SERIAL)
         self.see("#unit-next", "it is released, and does not keep the rule of release any more: runs for calibration are not in it: r1")
+        self.see("#unit-facts", "yes, against the rule of release: do not hand it over")
         done = self.job(kind="export", unit=SERIAL, format="blob", simulated=True)
         self.assertEqual((done["state"], done["file"]), ("failed", None), done)
 
