@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "anfis/linear/least_squares.h"
+#include "anfis/select/structure_search.h"
 #include "anfis/select/uncertainty.h"
 #include "anfis/train/learner.h"
 #include "base/random.h"
@@ -120,6 +121,19 @@ TEST(CondensedRows, TeachTheSameCurveWithTheSameBandAsAllRows) {
     EXPECT_NEAR(evaluate(few, x), evaluate(all, x), 2e-5) << x;
     EXPECT_NEAR(std::sqrt(band.at(x)), std::sqrt(expected.at(x)), 0.02 * std::sqrt(expected.at(x))) << x;
   }
+}
+
+TEST(CondensedRows, AreRefusedWhereTheyAreNotWholeOrWouldHaveToBeSplit) {
+  const TrainingData rows = condense(unbalanced_runs(), 0.0, flat).value().rows;
+  EXPECT_TRUE(validate(rows, 0));
+  TrainingData short_factor = rows;
+  short_factor.precision_factor.pop_back();
+  EXPECT_EQ(validate(short_factor, 0).error().where, "precision_factor");
+  TrainingData not_finite = rows;
+  not_finite.precision_factor[0] = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(validate(not_finite, 0).error().where, "precision_factor");
+  const std::vector<int> fold = {0, 1, 0, 1, 0, 1};
+  EXPECT_EQ(search_structure(rows, fold, {}).error().where, "precision_factor");
 }
 
 TEST(CondensedRows, AreRefusedWhereTheyCannotBeMade) {
