@@ -17,7 +17,7 @@ function wayLine(way) {
   line.append(element("span", `${nameOf(way)}: ${last}`));
   if (waiting > 0) line.append(element("span", C.alarms.waiting(waiting)));
   if (test) line.append(testLine(test));
-  if (trouble && trouble !== test?.trouble) line.append(Object.assign(element("p", trouble), { className: "bad", lang: "en" }));
+  if (trouble && (waiting > 0 || trouble !== test?.trouble)) line.append(Object.assign(element("p", trouble), { className: "bad", lang: "en" }));
   return line;
 }
 
@@ -63,9 +63,9 @@ export class AlarmsCard {
       const { ways } = await post("alarms/test", { user: this.#userName() });
       const sent = ways.filter(({ trouble }) => trouble === null).map(nameOf);
       say($("alarms-news"), sent.length ? C.alarms.taken(sent.join("; ")) : "");
-      await this.#show();
       const troubled = ways.filter(({ trouble }) => trouble !== null);
       if (troubled.length) fail(troubled.flatMap((way, i) => [`${i ? "; " : ""}${nameOf(way)}: `, { english: way.trouble }]));
+      else await this.#show();
     });
     $("alarms-test").disabled = false;
   }

@@ -180,6 +180,7 @@ function connectButtons() {
   $("dismiss").addEventListener("click", () => {
     dismiss(status);
     render();
+    $("start-box").querySelector("summary").focus(); // the button is gone
   });
   $("abort").addEventListener("click", () => openAbortDialog(status, plan));
   $("abort-cancel").addEventListener("click", () => $("abort-dialog").close());

@@ -17,6 +17,7 @@
  * @property {string} step_kind
  * @property {string} step_text
  * @property {string | null} step_trouble
+ * @property {boolean} on_way_back
  * @property {number} progress 0 to 1
  * @property {number} remaining_s process time
  * @property {number} started_utc_s

@@ -28,7 +28,7 @@ export function number(value, decimals) {
 }
 
 /** A set temperature, as it was set: "22.5", "−20". */
-export const setTemperature = (temp_c) => number(temp_c, Number.isInteger(temp_c) ? 0 : 1);
+export const setTemperature = (temp_c) => (temp_c === null ? UNKNOWN : written(String(Number(temp_c.toFixed(3)) + 0)));
 
 /** Units as people write them, in what the station says: "deg/s/g" → "°/s/g", "m/s2" → "m/s²". */
 export const readable = (text) => text.replace(/\bdeg\/s\b/g, "°/s").replace(/\bm\/s2\b/g, "m/s²");

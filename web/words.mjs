@@ -12,6 +12,8 @@ const SUSPENSIONS = ["chamber", "air", "disk", "storage", "supply", "catalog"];
 const DRY_MARGIN_K = 2;
 /** °C from which bare metal burns at a touch of a minute (ISO 13732-1, 51 °C), rounded down. */
 const HOT_C = 50;
+/** A pause is advised where air and units that lie beside the set point are safe, too. */
+const PAUSE_MARGIN_K = 3;
 /** Degrees from the expected direction within which the station calls a position right (station/lab/position_watch.h). */
 const TILT_DEG = 5;
 
@@ -197,7 +199,7 @@ function extremes({ chamber, units }) {
  * @param {import("./documents.mjs").Plan} plan
  */
 function beginsIn_s({ campaign, clock, state }, plan, step) {
-  if (!["preflight", "running"].includes(state)) return null;
+  if (!["preflight", "running"].includes(state) || campaign.on_way_back) return null;
   const from_s = plan.steps.slice(step).reduce((sum, { estimate_s }) => sum + estimate_s, 0);
   const left_s = campaign.remaining_s - from_s;
   return left_s > 0 ? left_s / clock.rate : null;
@@ -209,12 +211,18 @@ function plannedText(status, plan, step, words) {
   return in_s === null ? "" : words(timeOfDay(now_s(status) + in_s, now_s(status)), shortDuration(in_s));
 }
 
-/** When the run is over and the door may be opened without a pause. */
+/**
+ * When the units are warm at the end of this run. Only after the last one the door may be opened without a pause.
+ * @param {import("./documents.mjs").Status} status
+ * @param {import("./documents.mjs").Plan | null} plan
+ */
 function endOfRunText(status, plan) {
   const { campaign } = status;
   if (!campaign || !plan) return "";
-  const end = plan.steps.findIndex(({ kind }, i) => i >= campaign.step && kind === "warm_end");
-  return plannedText(status, plan, end < 0 ? -1 : end + 1, T.door.later);
+  const { run } = plan.steps[campaign.step] ?? {};
+  const end = plan.steps.findIndex((step, i) => i >= campaign.step && step.run === run && step.kind === "warm_end");
+  const isLast = plan.steps.every((step) => step.run <= run);
+  return plannedText(status, plan, end < 0 ? -1 : end + 1, isLast ? T.door.later : T.door.betweenRuns);
 }
 
 /**
@@ -223,11 +231,12 @@ function endOfRunText(status, plan) {
  * @param {import("./documents.mjs").Plan | null} plan
  */
 function opensText(status, plan, dry_c) {
-  if (status.state === "paused") return T.door.pausedHere;
-  const { campaign } = status;
+  const isSafe = (temp_c) => temp_c > dry_c + PAUSE_MARGIN_K && temp_c < HOT_C - PAUSE_MARGIN_K;
+  const { campaign, chamber } = status;
+  if (status.state === "paused") return chamber.set_point_c !== null && isSafe(chamber.set_point_c) ? T.door.waitHere : T.door.pausedHere;
   if (!campaign || !plan) return "";
   const { run } = plan.steps[campaign.step] ?? {};
-  const plateau = plan.steps.findIndex((step, i) => i > campaign.step && step.run === run && step.kind === "record" && step.temp_c > dry_c && step.temp_c < HOT_C);
+  const plateau = plan.steps.findIndex((step, i) => i > campaign.step && step.run === run && step.kind === "record" && isSafe(step.temp_c));
   const pauses = plannedText(status, plan, plateau, (time, span) => T.door.pauseAt(setTemperature(plan.steps[plateau].temp_c), time, span));
   return `${pauses}${endOfRunText(status, plan)}`;
 }

@@ -201,6 +201,7 @@ json Engine::campaign_document() const {
           {"step_kind", name_of(step.kind)},
           {"step_text", ended ? "all steps are done" : describe(plan, index)},
           {"step_trouble", null_if_empty(step_trouble())},
+          {"on_way_back", is_on_way_back()},
           {"progress", total_s > 0.0 ? std::clamp(1.0 - remaining_s / total_s, 0.0, 1.0) : 1.0},
           {"remaining_s", remaining_s},
           {"started_utc_s", campaign_started_utc_s_}};

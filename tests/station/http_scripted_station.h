@@ -24,7 +24,7 @@ class ScriptedStation : public StationService {
       "state": "running", "reason": null,
       "campaign": {"name": "acceptance", "procedure": "six-position-soak", "purpose": "calibration", "run_label": "run 2",
         "run": 2, "runs": 5, "step": 30, "steps": 240, "step_kind": "record", "step_text": "record at -20 °C, +X up",
-        "step_trouble": null,
+        "step_trouble": null, "on_way_back": false,
         "progress": 0.31, "remaining_s": 86400.0, "started_utc_s": 1790000000.0},
       "suspension": null, "ending": null, "journal": {"queued": 0, "discarded": 0, "trouble": null},
       "data": {"folder": "/var/lib/soak", "trouble": null}, "prompt": null,

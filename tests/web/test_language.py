@@ -326,7 +326,7 @@ class German(LanguageTest):
             self.assert_german(state)
         self.station.set("/state", "running")
         self.station.set("/chamber/air_c", -20.0)
-        self.see("#door-text", "Zum Öffnen bei 40 °C pausieren")
+        self.see("#door-text", "Zum Öffnen bei 40 °C „Pause“ drücken")
         self.assert_german("cold")
         self.browser.click("#abort")
         self.see("#abort-dialog", "Was von Lauf 2 von 2 aufgezeichnet ist, wird ungültig")

@@ -465,12 +465,28 @@ class Step(StationTest):
         self.station.set("/state", "paused")
         self.see("#door-text", "A pause holds this temperature: press Resume")
         self.assertNotIn("press Pause", self.text("#door-text"))
+        self.station.set("/chamber/set_point_c", 40.0)
+        self.see("#door-text", "Wait for the green lamp: this set point is safe")
+        self.assertNotIn("press Resume", self.text("#door-text"))
+
+    def test_on_the_way_back_nobody_is_sent_to_a_plateau_that_is_done(self):
+        self.at_20_c_below()
+        self.see("#door-text", "press Pause at 40 °C")
+        self.station.set("/campaign/on_way_back", True)
+        self.browser.wait("return !document.querySelector('#door-text').innerText.includes('press Pause')")
+
+    def test_between_two_runs_the_chamber_does_not_become_safe_by_itself(self):
+        self.at_20_c_below()
+        self.see("#door-text", "At the end of this run")
+        self.assertNotIn("without a pause", self.text("#door-text"))
+        set_step(self.station, self.plan, "record", run=2, visit=1, position="+X")
+        self.see("#door-text", "Safe without a pause when the campaign is over")
 
     def test_a_plateau_of_the_next_run_is_no_reason_to_wait_for_it(self):
         set_step(self.station, self.plan, "record", run=1, visit=2, position="-Z")
         self.station.set("/chamber/air_c", -20.0)
         self.open()
-        self.see("#door-text", "Safe by itself at the end of the run")
+        self.see("#door-text", "At the end of this run")
         self.assertNotIn("press Pause", self.text("#door-text"))
 
     def test_a_time_that_has_passed_or_is_not_planned_is_not_told(self):
@@ -479,11 +495,11 @@ class Step(StationTest):
         set_step(self.station, self.plan, "warm_end", run=1)
         self.station.set("/campaign/remaining_s", sum(s["estimate_s"] for s in self.plan["steps"][end + 1:]))
         self.see("#step-text", "warming up")
-        self.browser.wait("return !document.querySelector('#door-text').innerText.includes('Safe by itself')")
+        self.browser.wait("return !document.querySelector('#door-text').innerText.includes('At the end of this run')")
         self.station.set("/campaign/remaining_s", 60.0 + sum(s["estimate_s"] for s in self.plan["steps"][end + 1:]))
         self.see("#door-text", "(in 1 min)")
         self.station.set("/state", "waiting")
-        self.browser.wait("return !document.querySelector('#door-text').innerText.includes('Safe by itself')")
+        self.browser.wait("return !document.querySelector('#door-text').innerText.includes('At the end of this run')")
 
     def test_a_set_temperature_is_told_as_it_was_set(self):
         for step in self.plan["steps"]:
