@@ -24,6 +24,7 @@ export class StartForm {
   /** @type {import("./slot_look.mjs").SlotLook | null} */
   #look = null; // once somebody has looked
   #looks = false;
+  #sends = false;
 
   /** `userName()`: who starts a campaign. */
   constructor(userName) {
@@ -90,7 +91,8 @@ export class StartForm {
   /** The station refuses a start while it looks: its button says so. */
   #showLooking(looks) {
     this.#looks = looks;
-    for (const id of ["start-look", "start-send"]) $(id).disabled = looks;
+    $("start-look").disabled = looks;
+    $("start-send").disabled = looks || this.#sends;
     say($("start-look"), looks ? T.start.looking : T.start.look);
     say($("start-send"), looks ? T.start.waitsForLook : T.start.send);
   }
@@ -248,6 +250,7 @@ export class StartForm {
     // Enter in a field presses the first button, also where that is hidden.
     const forQueue = event.submitter?.id === "start-queue" || !this.#wasAtRest;
     show($("start-failure"), false);
+    this.#sends = true;
     for (const button of ["start-send", "start-queue"]) $(button).disabled = true;
     try {
       await send(forQueue ? "queue" : "start", { user: this.#userName(), ...(await this.#request()) });
@@ -259,6 +262,7 @@ export class StartForm {
       this.#fail([{ english: error.message }]);
       $("start-box").open = true;
     }
+    this.#sends = false;
     $("start-send").disabled = this.#looks;
     $("start-queue").disabled = false;
   }
