@@ -45,17 +45,20 @@ std::vector<GroupRows> split_groups(const Model& model, const CondensedRows& dat
   return groups;
 }
 
-/// P_g^T V_g^-1 r_g of each group, one column each.
-Eigen::MatrixXd pulls(const std::vector<GroupRows>& groups, double group_variance, Index inputs) {
-  Eigen::MatrixXd pulls = Eigen::MatrixXd::Zero(inputs, static_cast<Index>(groups.size()));
-  for (std::size_t g = 0; g < groups.size(); ++g) {
-    const GroupRows& rows = groups[g];
-    const double offset = group_variance * rows.weight.dot(rows.residual) / (1.0 + group_variance * rows.weight.sum());
-    for (Index i = 0; i < rows.weight.size(); ++i) {
-      pulls(rows.at[static_cast<std::size_t>(i)], static_cast<Index>(g)) = rows.weight(i) * (rows.residual(i) - offset);
-    }
-  }
-  return pulls;
+/// What one group says of the parameters: its part of J^T V^-1 J, and J_g^T V_g^-1 r_g.
+struct GroupSays {
+  Eigen::MatrixXd information;
+  Eigen::VectorXd pull;
+};
+
+GroupSays says_of(const GroupRows& rows, const Eigen::MatrixXd& jacobian, double group_variance) {
+  // V_g^-1 = W - share w w^T
+  const double share = group_variance / (1.0 + group_variance * rows.weight.sum());
+  const Eigen::MatrixXd own = jacobian(rows.at, Eigen::all);
+  const Eigen::VectorXd level = own.transpose() * rows.weight;
+  const Eigen::VectorXd weighted = rows.weight.cwiseProduct(rows.residual);
+  return {own.transpose() * rows.weight.asDiagonal() * own - share * level * level.transpose(),
+          own.transpose() * weighted - share * weighted.sum() * level};
 }
 
 double shape_error(const GroupRows& rows, const Eigen::VectorXd& residual) {
@@ -75,23 +78,18 @@ base::Result<std::vector<double>> deleted_group_errors(const Model& model, const
 
   const Eigen::MatrixXd j = jacobian(model, data.rows);
   const auto [whitened, price] = linearise(model, data.rows, smoothness, GroupWhitening(data.rows));
-  const double left = 1.0 - 1.0 / static_cast<double>(groups.size());
-  Eigen::MatrixXd h = left * (whitened.transpose() * whitened) + price.transpose() * price;
+  Eigen::MatrixXd h = whitened.transpose() * whitened + price.transpose() * price;
   Eigen::VectorXd scale = h.diagonal().cwiseSqrt();
   scale = (scale.array() > kZeroColumn * scale.maxCoeff()).select(scale.cwiseInverse(), 0.0);
   h = scale.asDiagonal() * h * scale.asDiagonal();
   h.diagonal().array() += kRidge;
   const Eigen::MatrixXd scaled = j * scale.asDiagonal();
-  const Eigen::MatrixXd pull = pulls(groups, data.by_group.group_variance, j.rows());
-  const Eigen::MatrixXd change = scaled * base::solve_ldlt(h, Eigen::MatrixXd(scaled.transpose() * pull));
 
   std::vector<double> errors;
-  for (std::size_t g = 0; g < groups.size(); ++g) {
-    Eigen::VectorXd residual = groups[g].residual;
-    for (Index i = 0; i < residual.size(); ++i) {
-      residual(i) += change(groups[g].at[static_cast<std::size_t>(i)], static_cast<Index>(g));
-    }
-    errors.push_back(shape_error(groups[g], residual));
+  for (const GroupRows& group : groups) {
+    const GroupSays says = says_of(group, scaled, data.by_group.group_variance);
+    const Eigen::VectorXd step = base::solve_ldlt(Eigen::MatrixXd(h - says.information), says.pull);
+    errors.push_back(shape_error(group, group.residual + scaled(group.at, Eigen::all) * step));
   }
   return errors;
 }

@@ -155,7 +155,10 @@ base::Result<VarianceComponents> estimate_variance_components(const CurveData& d
     curve = fit->curve;
     components.degrees_of_freedom =
         static_cast<double>(data.rows.size()) - fit->parameters - (static_cast<double>(offsets) - 1.0);
-    if (components.degrees_of_freedom < 1.0) break;
+    if (components.degrees_of_freedom < 1.0) {
+      if (i == 0) components.lack_of_fit_sigma = 0.0;  // nothing here bears out where it was begun
+      break;
+    }
     double mean_variance = 0.0;
     for (const double w : rows.weight) mean_variance += 1.0 / w / static_cast<double>(rows.weight.size());
     const double extra = components.lack_of_fit_sigma * components.lack_of_fit_sigma;

@@ -55,6 +55,29 @@ TEST(GroupDeletion, TellsWhatATrainingWithoutTheGroupWouldErrOnIt) {
   EXPECT_NEAR(stated - seen, retrained - seen, 0.2 * (retrained - seen));
 }
 
+TEST(GroupDeletion, JudgesARunByTheOthersWhereItAloneHasBeen) {
+  // Three runs end at 20 °C, the fourth goes on: the others cannot know the curve there, and many rules least of all.
+  for (unsigned seed = 1; seed <= 4; ++seed) {
+    const TrainingData all = shared_temperatures(seed, 4);
+    std::vector<bool> kept;
+    for (std::size_t i = 0; i < all.rows(); ++i) kept.push_back(all.group[i] == 3 || all.x[i] <= 20.0);
+    const TrainingData data = select_rows(all, kept);
+    std::vector<bool> last = rows_of(data, 3);
+    const TrainingData held_out = select_rows(data, last);
+    last.flip();
+    const TrainingData others = select_rows(data, last);
+    const CondensedRows condensed = condense(data, 0.0, flat).value();
+    const Model model = test::learn_curve(condensed.rows, 5, Shape::gaussian);
+    const double stated = deleted_group_errors(model, condensed, test::curve_learner().smoothness)->at(3);
+    const auto without = train_variable_projection(model, others, test::curve_learner());
+    ASSERT_TRUE(without);
+    const double retrained = shape_rmse(held_out, without->model);
+    // One step from afar is coarse, but of the right size; what all groups together leave there is far smaller.
+    EXPECT_GT(stated, 0.25 * retrained) << seed;
+    EXPECT_GT(stated, 10.0 * shape_rmse(held_out, model)) << seed;
+  }
+}
+
 TEST(GroupDeletion, NeedsAnotherGroup) {
   const TrainingData one = shared_temperatures(1, 1);
   const CondensedRows condensed = condense(one, 0.0, flat).value();

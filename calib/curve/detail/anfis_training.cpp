@@ -9,6 +9,7 @@
 #include <memory>
 #include <numeric>
 #include <optional>
+#include <span>
 
 #include "anfis/model/rule_base.h"
 #include "anfis/select/structure_search.h"
@@ -38,7 +39,8 @@ anfis::VariableProjectionOptions quick_learner() {
   return options;
 }
 
-/// How the model of an outer fold learns: it is judged by rows of which the noise is far larger than what is left then.
+/// How the model of an outer fold learns that begins at a trained one: it is judged by rows of which the noise is far
+/// larger than what is left then.
 anfis::VariableProjectionOptions fold_learner() {
   anfis::VariableProjectionOptions options = learner();
   options.min_rmse_change = 1e-4;
@@ -48,6 +50,11 @@ anfis::VariableProjectionOptions fold_learner() {
 /// Resolved temperatures that must be left over once every consequent has its own: premises move too.
 constexpr int kSpareTemperatures = 2;
 
+/// Most rules that rows carry.
+int most_rules(const anfis::TrainingData& rows) {
+  return std::min(kMostRules, (anfis::resolved_values(rows) - kSpareTemperatures) / 2);
+}
+
 /// What the choice of the number of rules and of the shape by the same rows counts as, in parameters: the one that wins
 /// has followed their noise a little. Found with made-up smooth curves of two runs, which the ANFIS else won in 15 %.
 constexpr double kChosenStructure = 1.0;
@@ -56,7 +63,7 @@ base::Result<anfis::StructureSearchOptions> search_options(const anfis::Training
   anfis::StructureSearchOptions search;
   search.learner = quick_learner();
   search.rule_base.shape = shape;
-  search.max_memberships = std::min(kMostRules, (anfis::resolved_values(rows) - kSpareTemperatures) / 2);
+  search.max_memberships = most_rules(rows);
   if (search.max_memberships < search.min_memberships) return base::bad_input("too few temperatures for two rules");
   return search;
 }
@@ -103,11 +110,16 @@ base::Result<AnfisCandidates> judge_all(const anfis::CondensedRows& rows) {
   return candidates;
 }
 
-/// The rules of each shape are chosen by themselves; of the shapes the one whose choice has the lesser error.
-const anfis::Model& best_candidate(const AnfisCandidates& candidates, std::optional<std::size_t> left_out) {
+/// The rules of each shape are chosen by themselves, `most` at most (but the fewest there are); of the shapes the one
+/// whose choice has the lesser error.
+const anfis::Model& best_candidate(const AnfisCandidates& candidates, int most, std::optional<std::size_t> left_out) {
   const anfis::Model* best = nullptr;
   double least = std::numeric_limits<double>::infinity();
-  for (const auto& of_shape : candidates) {
+  for (const auto& all_of_shape : candidates) {
+    const auto carried = std::ranges::count_if(all_of_shape, [most](const anfis::JudgedCandidate& candidate) {
+      return candidate.model.rules.size() <= static_cast<std::size_t>(std::max(0, most));
+    });
+    const std::span of_shape(all_of_shape.begin(), static_cast<std::size_t>(std::max<std::ptrdiff_t>(1, carried)));
     const anfis::CandidateChoice choice = anfis::choose_structure(of_shape, left_out);
     if (best != nullptr && !(choice.mean_error < least)) continue;
     least = choice.mean_error;
@@ -121,24 +133,25 @@ bool same_structure(const anfis::Model& a, const anfis::Model& b) {
          a.inputs[0].memberships.front().shape == b.inputs[0].memberships.front().shape;
 }
 
-/// Where the training of a fold begins: at the model of all rows, if that has the structure that the fold chooses.
-anfis::Model start_of_fold(const LeftOut& left_out) {
+/// Where the training of a fold begins: at the model of all rows, if that has the structure that the fold chooses among
+/// those that its own rows carry.
+anfis::Model start_of_fold(const LeftOut& left_out, const anfis::TrainingData& rows) {
   const auto& whole = std::get<anfis::Model>(left_out.whole[Family::anfis]->curve);
   if (left_out.whole.candidates.empty()) return whole;
-  const anfis::Model& chosen = best_candidate(left_out.whole.candidates, left_out.run);
+  const anfis::Model& chosen = best_candidate(left_out.whole.candidates, most_rules(rows), left_out.run);
   return same_structure(chosen, whole) ? whole : chosen;
 }
 
 /// The model to train, and for the whole fit what its folds take over.
 base::Result<anfis::Model> start(const anfis::CondensedRows& rows, const CurveFitOptions& options, RuleChoice choice,
                                  const LeftOut* left_out, TrainedFamilies& trained) {
-  if (choice == RuleChoice::held_out_runs && left_out != nullptr) return start_of_fold(*left_out);
+  if (choice == RuleChoice::held_out_runs && left_out != nullptr) return start_of_fold(*left_out, rows.rows);
   if (options.rules) return asked_rules(rows.rows, *options.rules);
   if (choice == RuleChoice::expected_error) return rules_by_expected_error(rows.rows);
   auto candidates = judge_all(rows);
   if (!candidates) return base::forward_error(candidates);
   trained.candidates = *std::move(candidates);
-  return best_candidate(trained.candidates, std::nullopt);
+  return best_candidate(trained.candidates, kMostRules, std::nullopt);
 }
 
 base::Status add_variance(const anfis::Model& model, const anfis::TrainingData& rows, const CurveFitOptions& options,
@@ -158,7 +171,8 @@ base::Status train_anfis(const std::pair<double, double>& range_c, const anfis::
                          TrainedFamilies& trained) {
   const auto initial = start(rows, options, choice, left_out, trained);
   if (!initial) return base::forward_error(initial);
-  auto result = anfis::train_variable_projection(*initial, rows.rows, left_out == nullptr ? learner() : fold_learner());
+  const bool is_warm = choice == RuleChoice::held_out_runs && left_out != nullptr;
+  auto result = anfis::train_variable_projection(*initial, rows.rows, is_warm ? fold_learner() : learner());
   if (!result) return base::forward_error(result);
   FittedCurve fitted;
   const double total_weight = std::accumulate(rows.rows.weight.begin(), rows.rows.weight.end(), 0.0);
