@@ -65,7 +65,11 @@ export class AlarmsCard {
       say($("alarms-news"), sent.length ? C.alarms.taken(sent.join("; ")) : "");
       const troubled = ways.filter(({ trouble }) => trouble !== null);
       if (troubled.length) fail(troubled.flatMap((way, i) => [`${i ? "; " : ""}${nameOf(way)}: `, { english: way.trouble }]));
-      else await this.#show();
+      try {
+        await this.#show();
+      } catch (error) {
+        if (troubled.length === 0) throw error; // what became of the test matters more
+      }
     });
     $("alarms-test").disabled = false;
   }

@@ -487,7 +487,7 @@ class Step(StationTest):
         self.station.set("/chamber/air_c", -20.0)
         self.open()
         self.see("#door-text", "At the end of this run")
-        self.assertNotIn("press Pause", self.text("#door-text"))
+        self.assertNotIn("press Pause at", self.text("#door-text"))
 
     def test_a_time_that_has_passed_or_is_not_planned_is_not_told(self):
         self.at_20_c_below()
