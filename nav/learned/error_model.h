@@ -79,8 +79,8 @@ class FollowingErrorModel {
   [[nodiscard]] ExpectedError expected(const ErrorInputs& inputs) const;
 
   /// Whether corrections by what was foretold would have made the errors of past outages smaller: in the mean over
-  /// outages by more than chance does in one case of 40 (Student's t), in at least four outages. East and north are judged
-  /// together, up by itself, position and velocity apart.
+  /// outages by more than chance does in one case of 40 (Student's t), in at least four outages. East and north are
+  /// judged together, up by itself, position and velocity apart.
   [[nodiscard]] bool carries(std::size_t output) const;
 
  private:
