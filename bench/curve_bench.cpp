@@ -58,7 +58,7 @@ Truth make_truth(std::string_view shape, Dice& dice) {
   const double size = dice.uniform(0.1, 0.4);
   const double middle_c = dice.uniform(0.0, 40.0);
   const double phase = dice.uniform(0.0, 6.28);
-  const Truth wide = [=](double t) {
+  Truth wide = [=](double t) {
     return size * std::atan((t - middle_c) / 30.0) + 0.1 * size * std::sin(phase + t / 35.0);
   };
   const double place_c = dice.uniform(-20.0, 60.0);
@@ -213,7 +213,7 @@ std::vector<Outcome> read_outcomes(const std::string& path) {
 
 double quantile(std::vector<double> values, double share) {
   std::sort(values.begin(), values.end());
-  return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1) + 0.5)];
+  return values[static_cast<std::size_t>(std::lround(share * static_cast<double>(values.size() - 1)))];
 }
 
 /// One line of the comparison: of all curves, or of those whose name begins with `group`.
