@@ -114,9 +114,8 @@ FoldSums sums_of_errors(const Curve& curve, const CurveData& held_out) {
 using FamilySums = std::array<std::optional<FoldSums>, kFamilyCount>;
 
 std::vector<FamilySums> run_outer_folds(const CurveData& data, const OuterFolds& folds, const CurveFitOptions& options,
-                                        const TrainedFamilies& whole, CurveFit& fit) {
+                                        CurveFit& fit) {
   std::vector<FamilySums> all;
-  std::size_t held_out_folds = 0;  // those that have rows
   for (std::size_t f = 0; f < folds.names.size(); ++f) {
     std::vector<bool> train(data.rows.size());
     std::vector<bool> test(data.rows.size());
@@ -126,8 +125,7 @@ std::vector<FamilySums> run_outer_folds(const CurveData& data, const OuterFolds&
     }
     const CurveData held_out = select(data, test);
     if (held_out.rows.empty()) continue;
-    const LeftOut left_out{whole, held_out_folds++};
-    const auto trained = train_families(select(data, train), options, rule_choice(count_runs(data)), &left_out);
+    const auto trained = train_families(select(data, train), options, rule_choice(count_runs(data)));
     if (!trained) continue;  // a fold that leaves too little to learn from says nothing about the model
     FoldErrors errors;
     errors.fold = folds.names[f];
@@ -302,7 +300,7 @@ base::Result<CurveFit> fit_curve(const CurveData& data, const CurveFitOptions& o
 
   const OuterFolds folds = choose_folds(data);
   fit.holdout = folds.kind;
-  const std::vector<FamilySums> sums = run_outer_folds(data, folds, options, *trained, fit);
+  const std::vector<FamilySums> sums = run_outer_folds(data, folds, options, fit);
   fit.deployed = fit.rules > 0 ? Family::anfis : Family::spline;
   bool anfis_competed = true;
   if (folds.kind == "run") add_cross_validation(sums, fit);
