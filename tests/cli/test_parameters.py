@@ -37,11 +37,9 @@ class Truth(unittest.TestCase):
         for kind, (inside, count, _) in total.seen.items():
             self.assertGreaterEqual(inside, fewest_inside(count, chance=0.01 / len(total.seen)), (kind, total.seen))
         # Nor far too wide: error over half-width of a right interval is normal, root mean square 1/1.96 = 0.51, known to
-        # 1 in sqrt(2 n) from n of them that share no rows: three of these. The ci95 and pi95 of a bias share theirs.
-        # Intervals half as wide again (0.34) are caught.
+        # 1 in sqrt(2 n) from n of them: three of these. Intervals half as wide again (0.34) are caught.
         squares, count = (sum(seen[k] for kind, seen in total.seen.items() if kind not in MAY_BE_WIDE) for k in (2, 1))
-        apart = sum(seen[1] for kind, seen in total.seen.items() if kind not in MAY_BE_WIDE and not kind.endswith("pi95"))
-        self.assertGreater(math.sqrt(squares / count), 0.51 * (1.0 - 3.0 / math.sqrt(2.0 * apart)), total.seen)
+        self.assertGreater(math.sqrt(squares / count), 0.51 * (1.0 - 3.0 / math.sqrt(2.0 * count)), total.seen)
 
 
 if __name__ == "__main__":
