@@ -9,6 +9,7 @@ import shutil
 import subprocess
 import tempfile
 import time
+import unittest
 
 DRIVER = shutil.which("chromedriver")
 BROWSER = shutil.which("chromium")
@@ -154,3 +155,22 @@ class Browser:
         """The whole page."""
         data = self.devtools("Page.captureScreenshot", captureBeyondViewport=True)["data"]
         pathlib.Path(path).write_bytes(base64.b64decode(data))
+
+
+@unittest.skipUnless(BROWSER and DRIVER, "skipped: chromium and chromedriver are not installed")
+class BrowserTest(unittest.TestCase):
+    """Tests of a page in one browser, which begins each with nothing of the one before."""
+
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.browser = Browser()
+        cls.addClassCleanup(cls.browser.close)
+
+    def setUp(self):
+        self.browser.go("about:blank")
+        self.browser.console()
+        self.browser.resize(1280, 900)
+
+    def see(self, selector, text):
+        self.browser.wait_for_text(selector, text)

@@ -19,7 +19,7 @@ import urllib.error
 import urllib.parse
 import urllib.request
 
-from browser import BROWSER, DRIVER, Browser
+from browser import Browser, BrowserTest
 from real_soakd import ROOT, programs
 from test_language import SHOWN
 from test_units import UnitStation
@@ -237,22 +237,7 @@ def between(curve, temp_c):
     return a["bias"] + share * (b["bias"] - a["bias"])
 
 
-@unittest.skipUnless(BROWSER and DRIVER, "skipped: chromium and chromedriver are not installed")
-class Page(WithStation):
-    @classmethod
-    def setUpClass(cls):
-        super().setUpClass()
-        cls.browser = Browser()
-        cls.addClassCleanup(cls.browser.close)
-
-    def setUp(self):
-        self.browser.go("about:blank")
-        self.browser.console()
-        self.browser.resize(1280, 900)
-
-    def see(self, selector, text):
-        self.browser.wait_for_text(selector, text)
-
+class Page(BrowserTest, WithStation):
     def go(self, place, ready):
         self.browser.go("about:blank")
         self.browser.go(f"{self.soakd.url}#{place}")

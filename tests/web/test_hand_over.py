@@ -7,7 +7,7 @@ import unittest
 import urllib.parse
 
 import test_units
-from browser import BROWSER, DRIVER, Browser
+from browser import BrowserTest
 from real_soakd import programs
 from test_units import OTHER, SERIAL, UnitStation, stored_units
 from soak_cli import check_schema  # where that lies test_units has said
@@ -15,19 +15,11 @@ from soak_cli import check_schema  # where that lies test_units has said
 tearDownModule = test_units.tearDownModule
 
 
-@unittest.skipUnless(BROWSER and DRIVER, "skipped: chromium and chromedriver are not installed")
-class HandOver(unittest.TestCase):
+class HandOver(BrowserTest):
     """A station of its own for each test: states of models do not go back. Both units are fitted, the one is verified."""
 
-    @classmethod
-    def setUpClass(cls):
-        cls.browser = Browser()
-        cls.addClassCleanup(cls.browser.close)
-
     def setUp(self):
-        self.browser.go("about:blank")
-        self.browser.console()
-        self.browser.resize(1280, 900)
+        super().setUp()
         self.soakd = UnitStation()
         self.addCleanup(self.soakd.close)
         for serial in (SERIAL, OTHER):
@@ -46,9 +38,6 @@ class HandOver(unittest.TestCase):
         done = subprocess.run([programs() / "soak", *words, "--data", self.soakd.data, "--json"], capture_output=True, text=True)
         self.assertEqual(done.returncode, 2, done.stderr)
         return json.loads(done.stderr)["error"]["message"]
-
-    def see(self, selector, text):
-        self.browser.wait_for_text(selector, text)
 
     def open_unit(self, serial):
         self.browser.go("about:blank")

@@ -9,7 +9,7 @@ import unittest
 import urllib.error
 import urllib.parse
 
-from browser import BROWSER, DRIVER, Browser
+from browser import Browser, BrowserTest
 from real_soakd import Soakd
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "cli"))
@@ -131,21 +131,7 @@ class Interface(WithSoakd):
         self.assertIn("gyro_x", error["error"]["message"])
 
 
-@unittest.skipUnless(BROWSER and DRIVER, "skipped: chromium and chromedriver are not installed")
-class WithBrowser(WithSoakd):
-    @classmethod
-    def setUpClass(cls):
-        super().setUpClass()
-        cls.browser = Browser()
-        cls.addClassCleanup(cls.browser.close)
-
-    def setUp(self):
-        self.browser.go("about:blank")
-        self.browser.console()
-        self.browser.resize(1280, 900)
-
-    def see(self, selector, text):
-        self.browser.wait_for_text(selector, text)
+class WithBrowser(BrowserTest, WithSoakd):
 
     def open_list(self):
         self.browser.go(f"{self.soakd.url}#runs")

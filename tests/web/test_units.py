@@ -18,7 +18,7 @@ import urllib.error
 import urllib.parse
 import urllib.request
 
-from browser import BROWSER, DRIVER, Browser
+from browser import Browser, BrowserTest
 from real_soakd import Soakd, programs
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "cli"))
@@ -222,24 +222,13 @@ class Interface(WithStation):
         self.assertEqual(self.soakd.get("jobs")["jobs"][0]["message"], "soakd ended meanwhile")
 
 
-@unittest.skipUnless(BROWSER and DRIVER, "skipped: chromium and chromedriver are not installed")
-class Page(WithStation):
+class Page(BrowserTest, WithStation):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
-        cls.browser = Browser()
-        cls.addClassCleanup(cls.browser.close)
         cls.downloads = pathlib.Path(tempfile.mkdtemp(prefix="soak-downloads-"))
         cls.addClassCleanup(shutil.rmtree, cls.downloads, ignore_errors=True)
         cls.browser.devtools("Browser.setDownloadBehavior", behavior="allow", downloadPath=str(cls.downloads))
-
-    def setUp(self):
-        self.browser.go("about:blank")
-        self.browser.console()
-        self.browser.resize(1280, 900)
-
-    def see(self, selector, text):
-        self.browser.wait_for_text(selector, text)
 
     def open_unit(self, serial):
         self.browser.go("about:blank")
