@@ -196,7 +196,16 @@ double term_dof(const NoiseComponents& noise, double slow_share, int runs) {
 double p_value(const TermTest& test, double typical) {
   if (test.dof <= 0.0 || test.gain <= 0.0) return 1.0;
   const double f = test.gain / test.dof / moderated_heterogeneity(test, typical);
-  return base::f_upper_tail(f, test.dof, test.noise_dof + test.heterogeneity_dof);
+  const double of_folds = (1.0 - test.slow_share) * test.heterogeneity_dof;
+  return base::f_upper_tail(f, test.dof, test.noise_dof + of_folds);
+}
+
+double p_value(std::span<const TermTest* const> tests, double typical) {
+  const auto is_slow = [](const TermTest* test) { return test->slow_share > 0.0; };
+  if (std::ranges::none_of(tests, is_slow)) return p_value(pooled(tests), typical);
+  std::vector<double> chances;
+  for (const TermTest* test : tests) chances.push_back(p_value(*test, typical));
+  return chance_together(chances);
 }
 
 std::vector<std::vector<Sensor>> sensor_sets(const std::vector<Sensor>& sensors) {
@@ -231,6 +240,7 @@ CandidateTest test_candidate(const Residuals& residuals, const Candidate& candid
                    by_run ? residuals.runs : residuals.levels);
     result.sensor[s] = test_term(score);
     const double slow_share = residuals.sensor[s]->slow_share(candidate.columns[s]);
+    result.sensor[s]->slow_share = slow_share;
     result.sensor[s]->noise_dof = term_dof(residuals.noise[s], slow_share, residuals.runs);
     noise_dof += result.sensor[s]->noise_dof;
     if (candidate.shared) together.add(score);
@@ -263,12 +273,11 @@ Standing standing(const CandidateTest& test, const Candidate& candidate, double 
   for (const auto& set : sets) {
     std::vector<const TermTest*> tests;
     for (const Sensor sensor : set) tests.push_back(&*test.sensor[index_of(sensor)]);
-    const TermTest together = pooled(tests);
-    const double p = std::min(1.0, p_value(together, typical) * static_cast<double>(sets.size()));
+    const double p = std::min(1.0, p_value(tests, typical) * static_cast<double>(sets.size()));
     if (p >= result.p && !first) continue;
     first = false;
     result.p = p;
-    result.enough_folds = enough_folds(together);
+    result.enough_folds = enough_folds(pooled(tests));
   }
   result.merit = -price * shape_numbers;
   for (const Sensor sensor : sensors) {

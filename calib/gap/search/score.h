@@ -22,6 +22,8 @@ struct TermTest {
   double heterogeneity_dof = 0.0;
   /// Of the noise that the rows were made white with, as replicates told it: the caller knows.
   double noise_dof = 0.0;
+  /// Share of the parameters' variance that comes from slow processes, which each run shows about once.
+  double slow_share = 0.0;
   /// Squares that parameters from all other folds take out of each fold; empty entries: the fold does not show it.
   std::vector<std::optional<double>> fold_gain;
 };
@@ -42,8 +44,13 @@ inline constexpr double kPriorDof = 12.0;
 [[nodiscard]] double term_dof(const NoiseComponents& noise, double slow_share, int runs);
 
 /// Upper tail of F = (gain/dof)/max(1, λ) with λ drawn towards `typical`, the median over the library, as few folds
-/// hardly tell it. As λ counts for 1 at least, the tail is that of the noise.
+/// hardly tell it. As λ counts for 1 at least, the tail is that of the noise. How far slow processes go was learnt from
+/// the same scatter of runs that λ comes from: in their share it counts once.
 [[nodiscard]] double p_value(const TermTest& test, double typical);
+/// The same of sensors with parameters of their own, together. Where noise is quick its size is well known, and their
+/// squares add up; how far a slow process goes is known of each sensor by itself, from as many values as there are
+/// runs, and one sensor with far more than it was thought to have would stand for all: their chances are put together.
+[[nodiscard]] double p_value(std::span<const TermTest* const> tests, double typical);
 /// λ so drawn, at least 1.
 [[nodiscard]] double moderated_heterogeneity(const TermTest& test, double typical);
 

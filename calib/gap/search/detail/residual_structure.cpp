@@ -242,7 +242,7 @@ std::optional<ResidualStructure> misfit(const std::vector<AxisTest>& axes, const
       }
       if (tests.empty()) continue;
       const TermTest together = pooled(tests);
-      const double p = std::min(1.0, p_value(together, typical) * static_cast<double>(axes.size()));
+      const double p = std::min(1.0, p_value(tests, typical) * static_cast<double>(axes.size()));
       const double found = together.gain / moderated_heterogeneity(together, typical) - together.dof;
       if (p > kGate || found < tolerated * (known + found)) continue;
       if (worst && worst->merit >= found) continue;
