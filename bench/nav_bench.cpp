@@ -1,17 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
 // Inertial navigation: IMU epochs per second of one core's time, mechanization alone, with the prediction of 15 and 21
 // states, and with a fix at every 100th epoch as well. Beside it the limit of the plain way, measured in the same run:
-// the dense product Φ P Φᵀ alone.
+// the dense product Φ P Φᵀ alone. Then outages on all processors against the same on one thread, in the same run.
 #include <benchmark/benchmark.h>
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cstddef>
 #include <ctime>
+#include <limits>
+#include <span>
+#include <thread>
+#include <vector>
 
 #include "base/units.h"
 #include "nav/filter/navigation_filter.h"
 #include "nav/inertial/mechanization.h"
 #include "nav/outages/pipeline.h"
+#include "station/nav/outage_batch.h"
+#include "station/nav/simulated_drive.h"
 
 namespace soak::nav {
 namespace {
@@ -24,12 +31,14 @@ const Vector3d kRate_rps(0.01, -0.02, 0.1);
 const Vector3d kForce_mps2(0.1, 0.3, 9.8);
 const NavState kBegin{{51.0 * base::kRadPerDeg, -2.0, 1000.0}, {5.0, 10.0, 0.0}, {}};
 
-/// Processor time of this thread: what others do on the machine does not count.
-double cpu_s() {
+double seconds_of(clockid_t clock) {
   timespec now{};
-  ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  ::clock_gettime(clock, &now);
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
+
+/// Processor time of this thread: what others do on the machine does not count.
+double cpu_s() { return seconds_of(CLOCK_THREAD_CPUTIME_ID); }
 
 /// Seconds of one dense Φ P Φᵀ.
 template <int N>
@@ -93,6 +102,45 @@ void Filter(benchmark::State& state) {
   state.counters["of_dense"] = static_cast<double>(state.iterations()) / seconds * dense_s;
 }
 BENCHMARK(Filter)->Args({15, 0})->Args({15, kEpochsPerFix})->Args({15, 1})->Args({21, kEpochsPerFix});
+
+/// The least time that some outages took.
+struct Fastest {
+  double wall_s = std::numeric_limits<double>::infinity();
+  double cpu_s = std::numeric_limits<double>::infinity();  ///< of all threads
+
+  void run(const Drive& drive, std::span<const station::OutageTask> tasks, std::span<const Pipeline> pipelines,
+           int jobs) {
+    const double wall_begin_s = seconds_of(CLOCK_MONOTONIC);
+    const double cpu_begin_s = seconds_of(CLOCK_PROCESS_CPUTIME_ID);
+    const auto results = station::run_outages({&drive, 1}, tasks, pipelines, jobs, [](double) { return true; });
+    benchmark::DoNotOptimize(results.value().data());
+    wall_s = std::min(wall_s, seconds_of(CLOCK_MONOTONIC) - wall_begin_s);
+    cpu_s = std::min(cpu_s, seconds_of(CLOCK_PROCESS_CPUTIME_ID) - cpu_begin_s);
+  }
+};
+
+/// `faster`: by how much all processors are faster than one thread; others on the machine make it less. `cpu_ratio`:
+/// processor time of the one over that of the other, whatever others do; above 1 the threads are in each other's way.
+void OutageRunner(benchmark::State& state) {
+  constexpr std::size_t kOutages = 24;
+  station::DriveRequest request;
+  request.errors = ahrs400ca();
+  const Drive drive = station::simulated_drive(request);
+  std::vector<station::OutageTask> tasks;
+  const auto outages = spread_outages(drive, 120.0, 30.0, kOutages).value();
+  for (const Outage& outage : outages) tasks.push_back({0, outage});
+  const std::vector<Pipeline> pipelines = {filter_pipeline(station::raw_filter())};
+  Fastest alone;
+  Fastest together;
+  for (auto _ : state) {
+    alone.run(drive, tasks, pipelines, 1);
+    together.run(drive, tasks, pipelines, 0);
+  }
+  state.counters["threads"] = static_cast<double>(std::thread::hardware_concurrency());
+  state.counters["faster"] = alone.wall_s / together.wall_s;
+  state.counters["cpu_ratio"] = together.cpu_s / alone.cpu_s;
+}
+BENCHMARK(OutageRunner)->Iterations(5)->UseRealTime()->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace soak::nav

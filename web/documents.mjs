@@ -260,6 +260,22 @@
  * @property {{code: string, text: string}[]} warnings
  */
 
+/** @typedef {{value: number, ci95: number[] | null}} MeanOverOutages */
+
+/** @typedef {{horizontal_rmse_m: MeanOverOutages, horizontal_final_m: MeanOverOutages}} OutageErrors */
+
+/**
+ * @typedef {object} UnitDrives what a navigation filter loses in outages on simulated drives
+ * @property {number} drives
+ * @property {number} outages
+ * @property {number} length_s
+ * @property {OutageErrors} without
+ * @property {OutageErrors} with
+ * @property {MeanOverOutages} gain
+ */
+
+/** @typedef {{unit: string, model: number, impact: (Impact & {drives: UnitDrives | null}) | null}} ImpactOfUnit */
+
 /**
  * @typedef {object} Model of a unit
  * @property {number} version
@@ -319,6 +335,7 @@
  * @property {{units: UnitLine[]}} units
  * @property {Unit} unit
  * @property {{unit: string, model: Model}} model
+ * @property {ImpactOfUnit} impact
  * @property {{jobs: Job[], not_listed: number}} jobs
  * @property {Job} job
  * @property {Fleet} fleet

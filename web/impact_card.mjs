@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the calibration of a unit buys in navigation: metres without satellite navigation. Loaded with the first unit that has a model.
 
+import { get } from "./api.mjs";
 import { element } from "./dom.mjs";
 import { number, significant, UNKNOWN } from "./format.mjs";
 import { sensorText, U, unitText } from "./unit_words.mjs";
@@ -31,21 +32,47 @@ function table(sensors) {
   return box;
 }
 
+/** @param {import("./documents.mjs").UnitDrives} drives */
+function drivesText({ drives, outages, length_s, without, with: corrected, gain }) {
+  const metres = ({ horizontal_final_m: error }) => `${number(error.value, 1)} m`;
+  const percent = (share) => number(100 * share, 0);
+  return U.impact.drives({ drives, outages, seconds: number(length_s, 0), without: metres(without), corrected: metres(corrected), less: percent(gain.value), between: gain.ci95?.map(percent) ?? null });
+}
+
+/** Fills a paragraph with what simulated drives say, which takes a moment. */
+async function tellDrives(place, unit, version) {
+  /** @type {import("./documents.mjs").ImpactOfUnit} */
+  let answer;
+  try {
+    answer = await get(`impact?${new URLSearchParams({ unit })}`);
+  } catch (error) {
+    place.prepend(`${U.impact.drivesFailed(error.message)} `);
+    return;
+  }
+  // Of a newer model: its card is on the way.
+  if (answer.model !== version) return;
+  const { drives, warnings } = answer.impact;
+  const failure = warnings.find(({ code }) => code === "drives_not_simulated");
+  if (drives !== null) place.prepend(`${drivesText(drives)} `);
+  else place.prepend(failure ? Object.assign(element("span", `${failure.text}. `), { lang: "en" }) : `${U.impact.noDrives} `);
+}
+
 /**
  * Fills the card.
  * @param {HTMLElement} card
  * @param {import("./documents.mjs").Model} model
  * @param {string} unit serial number
  */
-export function renderImpact(card, { impact }, unit) {
+export function renderImpact(card, { impact, version }, unit) {
   const title = Object.assign(element("h2", U.impact.title), { id: "unit-impact-title" });
   const about = (text) => Object.assign(element("p", text), { className: "about" });
   if (impact === null) {
     card.replaceChildren(title, about(U.impact.notKnown));
     return;
   }
-  const drives = about(`${U.impact.drives} `);
+  const drives = Object.assign(about(`${U.impact.more} `), { id: "unit-drives" });
   drives.append(element("code", `soak nav impact --unit ${unit}`));
+  tellDrives(drives, unit, version);
   card.replaceChildren(title,
     about(U.impact.about(number(impact.from_c, 1), number(impact.to_c, 1))),
     table(impact.free_inertial), ...impact.warnings.map(({ text }) => Object.assign(about(text), { lang: "en" })), drives);

@@ -172,6 +172,11 @@ export const text = {
     intervals: { pi95: "ein neues Einschalten", ci95: "nur die mittlere Kurve: kann viel zu klein sein" },
     about: (from, to) => `Positionsfehler allein durch den Nullpunktfehler jedes Sensors, ohne Satellitennavigation, von ${from} °C beim Einschalten bis ${to} °C; der Nullpunktfehler beim
       Einschalten ist bekannt, die Achse des Sensors liegt waagrecht.`,
-    drives: "Fahrten mit einem Navigationsfilter werden hier nicht simuliert, das dauert Sekunden:",
+    drives: ({ drives, outages, seconds, without, corrected, less, between }) =>
+      `Mit einem Navigationsfilter, in ${outages} Ausfällen von ${seconds} s auf ${drives} simulierten Fahrten mit den Kurven dieses Prüflings: am Ende eines Ausfalls ${without} daneben ohne die Kalibrierung, ${corrected} mit ihr, `
+      + `${less} % weniger${between === null ? "" : ` (95 %: ${between.join(" bis ")} %)`}. Der Filter lernt das meiste eines Nullpunktfehlers vor dem Ausfall; das Rauschen ist das eines AHRS400CA.`,
+    noDrives: "Fahrten mit einem Navigationsfilter werden nicht simuliert, da die Kalibrierung ihre Unsicherheit nicht angibt.",
+    drivesFailed: (message) => `Fahrten mit einem Navigationsfilter ließen sich nicht simulieren: ${message}.`,
+    more: "Jeder Ausfall, und weitere Arten zu navigieren:",
   },
 };

@@ -34,6 +34,44 @@ OutageErrors errors_of(std::span<const TruthPoint> truth, std::span<const Soluti
   return errors;
 }
 
+base::Result<std::span<const TruthPoint>> truth_in(const Drive& drive, const Outage& outage) {
+  const auto first = std::ranges::upper_bound(drive.truth, outage.begin_s, {}, &TruthPoint::t_s);
+  const auto last = std::ranges::upper_bound(drive.truth, outage.end_s, {}, &TruthPoint::t_s);
+  if (first != last) return std::span<const TruthPoint>(first, last);
+  return base::bad_input(fmt::format("no truth lies in the outage from {} s to {} s", outage.begin_s, outage.end_s),
+                         drive.name);
+}
+
+std::vector<double> times_of(std::span<const TruthPoint> truth) {
+  std::vector<double> t_s;
+  for (const TruthPoint& point : truth) t_s.push_back(point.t_s);
+  return t_s;
+}
+
+/// The outage as the antenna went through it; no pipeline's errors yet.
+OutageResult way_of(const Drive& drive, const Outage& outage, std::span<const TruthPoint> truth) {
+  OutageResult result{outage, drive.name, 0.0, {}, {}};
+  for (const TruthPoint& point : truth) result.track_m.push_back(offset_m(truth.front().position, point.position));
+  for (std::size_t i = 1; i < truth.size(); ++i) {
+    result.distance_m += offset_m(truth[i - 1].position, truth[i].position).norm();
+  }
+  return result;
+}
+
+base::Status add_errors_of(const std::string& pipeline, std::span<const TruthPoint> truth,
+                           std::span<const Solution> solutions, OutageResult& result) {
+  const auto is_finite = [](const Solution& solution) {
+    return to_ecef(solution.antenna).allFinite() && solution.velocity_mps.allFinite();
+  };
+  if (solutions.size() != truth.size() || !std::ranges::all_of(solutions, is_finite)) {
+    return base::fail(base::ErrorKind::internal,
+                      fmt::format("pipeline {} gave no finite solution for each of {} times", pipeline, truth.size()),
+                      result.drive);
+  }
+  result.pipelines.push_back(errors_of(truth, solutions, result.outage.begin_s));
+  return {};
+}
+
 /// Mean over the chosen outages of a number of one pipeline's errors.
 double mean_of(std::span<const OutageResult> results, std::span<const std::size_t> chosen, std::size_t pipeline,
                const std::function<double(const OutageErrors&)>& number) {
@@ -64,36 +102,43 @@ base::Result<std::vector<Outage>> spread_outages(const Drive& drive, double firs
 }
 
 base::Result<OutageResult> run_outage(const Drive& drive, const Outage& outage, std::span<const Pipeline> pipelines) {
-  const auto first = std::ranges::upper_bound(drive.truth, outage.begin_s, {}, &TruthPoint::t_s);
-  const auto last = std::ranges::upper_bound(drive.truth, outage.end_s, {}, &TruthPoint::t_s);
-  if (first == last) {
-    return base::bad_input(fmt::format("no truth lies in the outage from {} s to {} s", outage.begin_s, outage.end_s),
-                           drive.name);
-  }
-  const std::span<const TruthPoint> truth(first, last);
-  std::vector<double> t_s;
-  for (const TruthPoint& point : truth) t_s.push_back(point.t_s);
-  OutageResult result{outage, drive.name, 0.0, {}, {}};
-  for (const TruthPoint& point : truth) result.track_m.push_back(offset_m(truth.front().position, point.position));
-  for (std::size_t i = 1; i < truth.size(); ++i) {
-    result.distance_m += offset_m(truth[i - 1].position, truth[i].position).norm();
-  }
+  const auto truth = truth_in(drive, outage);
+  if (!truth) return base::forward_error(truth);
+  const std::vector<double> t_s = times_of(*truth);
+  OutageResult result = way_of(drive, outage, *truth);
   const Drive seen = with_outage(drive, outage);
   for (const Pipeline& pipeline : pipelines) {
     const auto solutions = pipeline.solve(seen, t_s);
     if (!solutions) return base::forward_error(solutions);
-    const auto is_finite = [](const Solution& solution) {
-      return to_ecef(solution.antenna).allFinite() && solution.velocity_mps.allFinite();
-    };
-    if (solutions->size() != truth.size() || !std::ranges::all_of(*solutions, is_finite)) {
-      return base::fail(
-          base::ErrorKind::internal,
-          fmt::format("pipeline {} gave no finite solution for each of {} times", pipeline.name, t_s.size()),
-          drive.name);
+    if (auto added = add_errors_of(pipeline.name, *truth, *solutions, result); !added) {
+      return base::forward_error(added);
     }
-    result.pipelines.push_back(errors_of(truth, *solutions, outage.begin_s));
   }
   return result;
+}
+
+base::Result<std::vector<OutageResult>> run_outages_in_passing(const Drive& drive, std::span<const Outage> outages,
+                                                               std::span<const FilterPipeline> pipelines) {
+  std::vector<std::span<const TruthPoint>> truths;
+  std::vector<std::vector<double>> t_s;
+  std::vector<OutageResult> results;
+  for (const Outage& outage : outages) {
+    const auto truth = truth_in(drive, outage);
+    if (!truth) return base::forward_error(truth);
+    truths.push_back(*truth);
+    t_s.push_back(times_of(*truth));
+    results.push_back(way_of(drive, outage, *truth));
+  }
+  for (const FilterPipeline& pipeline : pipelines) {
+    const auto solutions = solve_in_passing(pipeline, drive, outages, t_s);
+    if (!solutions) return base::forward_error(solutions);
+    for (std::size_t i = 0; i < outages.size(); ++i) {
+      if (auto added = add_errors_of(pipeline.name, truths[i], (*solutions)[i], results[i]); !added) {
+        return base::forward_error(added);
+      }
+    }
+  }
+  return results;
 }
 
 std::vector<PipelineSummary> summarize(std::span<const OutageResult> results, std::span<const Pipeline> pipelines,

@@ -57,6 +57,13 @@ struct OutageResult {
 [[nodiscard]] base::Result<OutageResult> run_outage(const Drive& drive, const Outage& outage,
                                                     std::span<const Pipeline> pipelines);
 
+/// All outages of a drive, in the order in which they begin, with pipelines that are filters: what run_outage() gives
+/// for each with filter_pipeline() of the same parts, but for rounding, in one way through the drive for each pipeline.
+/// Fails as run_outage() and solve_in_passing() do.
+[[nodiscard]] base::Result<std::vector<OutageResult>> run_outages_in_passing(const Drive& drive,
+                                                                             std::span<const Outage> outages,
+                                                                             std::span<const FilterPipeline> pipelines);
+
 /// A pipeline over all outages: means over outages.
 struct PipelineSummary {
   std::string name;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "nav/outages/pipeline.h"
 
+#include <fmt/format.h>
+
 #include <limits>
 #include <utility>
 
@@ -19,17 +21,21 @@ void correct(ImuSample& sample, const Correction& correction, const Eigen::Matri
   sample.force_mps2 = unit_to_body * sample.force_mps2;
 }
 
-base::Result<std::vector<Solution>> solve_by_filter(const FilterPipeline& parts, const Drive& seen,
-                                                    std::span<const double> t_s) {
-  const auto setup = set_up(parts, seen);
-  if (!setup) return base::forward_error(setup);
-  FilterRun run(setup->drive, setup->start, setup->options);
+std::vector<Solution> solutions_of(FilterRun& run, std::span<const double> t_s) {
   std::vector<Solution> solutions;
   for (const double wanted_s : t_s) {
     run.advance_to(wanted_s);
     solutions.push_back({run.filter().antenna(), run.filter().antenna_velocity_mps()});
   }
   return solutions;
+}
+
+base::Result<std::vector<Solution>> solve_by_filter(const FilterPipeline& parts, const Drive& seen,
+                                                    std::span<const double> t_s) {
+  const auto setup = set_up(parts, seen);
+  if (!setup) return base::forward_error(setup);
+  FilterRun run(setup->drive, setup->start, setup->options);
+  return solutions_of(run, t_s);
 }
 
 }  // namespace
@@ -56,6 +62,29 @@ Pipeline filter_pipeline(FilterPipeline parts) {
           [parts = std::move(parts)](const Drive& seen, std::span<const double> t_s) {
             return solve_by_filter(parts, seen, t_s);
           }};
+}
+
+base::Result<std::vector<std::vector<Solution>>> solve_in_passing(const FilterPipeline& parts, const Drive& drive,
+                                                                  std::span<const Outage> outages,
+                                                                  std::span<const std::vector<double>> t_s) {
+  const auto setup = set_up(parts, drive);
+  if (!setup) return base::forward_error(setup);
+  FilterRun run(setup->drive, setup->start, setup->options);
+  std::vector<std::vector<Solution>> solutions;
+  for (std::size_t i = 0; i < outages.size(); ++i) {
+    if (outages[i].begin_s < run.now_s()) {
+      return base::bad_input(
+          fmt::format("an outage begins at {:.1f} s, before the filter can or before another outage; "
+                      "the filter is at {:.1f} s: let the outages begin later, and in order",
+                      outages[i].begin_s, run.now_s()),
+          drive.name);
+    }
+    run.advance_to(outages[i].begin_s);
+    FilterRun without_fixes = run;
+    without_fixes.lose_fixes();
+    solutions.push_back(solutions_of(without_fixes, t_s[i]));
+  }
+  return solutions;
 }
 
 SensorModels typical_mems() {

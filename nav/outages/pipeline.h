@@ -54,6 +54,14 @@ struct FilterSetup {
 /// Corrects the samples, aligns, runs the filter through the drive and on through the outage. Fails as align() does.
 [[nodiscard]] Pipeline filter_pipeline(FilterPipeline parts);
 
+/// What filter_pipeline() solves in each of several outages of a drive, `t_s[i]` being the times in outages[i], in one
+/// way through it: where an outage begins, a copy of the filter goes on without fixes. Outages in the order in which
+/// they begin. The same solutions but for rounding, at a fraction of the time. Fails as align() does; bad_input where
+/// an outage begins before the filter can.
+[[nodiscard]] base::Result<std::vector<std::vector<Solution>>> solve_in_passing(
+    const FilterPipeline& parts, const Drive& drive, std::span<const Outage> outages,
+    std::span<const std::vector<double>> t_s);
+
 /// What is taken for granted of a MEMS unit of which nobody measured the noise, shaken by a vehicle: gyros
 /// 0.05 deg/s/sqrt(Hz), a bias of 0.3 deg/s at the start that walks 0.05 deg/s in 100 s; accelerometers
 /// 0.02 m/s²/sqrt(Hz), 0.3 m/s², 0.01 m/s² in 100 s; scale factors 0.5 %. No process about 0: it would draw a bias that

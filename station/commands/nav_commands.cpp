@@ -20,6 +20,7 @@
 #include "station/nav/nav_json.h"
 #include "station/nav/outage_batch.h"
 #include "station/nav/simulated_drive.h"
+#include "station/nav/unit_drives.h"
 #include "station/records/calibration_reader.h"
 #include "station/report/page.h"
 
@@ -280,8 +281,8 @@ struct NavImpact final : CatalogCommand {
   std::optional<int> model;
   std::optional<double> from_c;
   std::optional<double> to_c;
-  std::size_t drives = 4;
-  OutageOptions outages{6};
+  std::size_t drives = kUnitDrives;
+  OutageOptions outages{kOutagesOfUnitDrive, kUnitOutage_s, kFirstUnitOutage_s, kUnitDriveSeed};
 
   void declare(OptionList& options) override {
     options.add("--unit SN", &unit, "Serial number of the unit").required();
@@ -321,29 +322,13 @@ base::Result<TemperatureCourse> NavImpact::find_course(const calib::Calibration&
       unit);
 }
 
-/// Simulated drives with this unit's curve: the noise is that of a unit of table 6.1, the curve and what the
-/// calibration leaves of it are this unit's.
 base::Result<json> NavImpact::drive(const calib::Calibration& calibration, const TemperatureCourse& course, int version,
                                     Output& output) const {
-  const nav::ThermalBias curve = [&](calib::Sensor sensor, double temp_c) {
-    return curve_value(calibration, sensor, temp_c);
-  };
-  DriveRequest request;
-  request.errors = nav::ahrs400ca();
-  request.temperature = {course.from_c, course.to_c, 200.0};
-  std::vector<nav::Drive> made;
-  for (std::size_t d = 0; d < drives; ++d) {
-    request.seed = outages.seed * 1000 + d;
-    const CurveResidual residual(calibration, request.seed);
-    request.thermal = [&](calib::Sensor sensor, double temp_c) {
-      return curve(sensor, temp_c) + residual(sensor, temp_c);
-    };
-    made.push_back(simulated_drive(request));
-  }
   const std::string about = fmt::format(
       "Simulated drives with the curves of unit {}, model {}{}, from {:.1f} to {:.1f} °C; other errors of {}.", unit,
-      version, calibration.simulated ? " (SIMULATED)" : "", course.from_c, course.to_c, request.errors.name);
-  return outages.compare(made, standard_pipelines(curve_correction(curve)), json::object(), about, output);
+      version, calibration.simulated ? " (SIMULATED)" : "", course.from_c, course.to_c, nav::ahrs400ca().name);
+  return outages.compare(unit_drives(calibration, course, drives, outages.seed),
+                         standard_pipelines(correction_by(calibration)), json::object(), about, output);
 }
 
 std::string impact_text(const json& document) {

@@ -70,15 +70,23 @@ base::Result<calib::Calibration> newest_of(const db::Catalog& catalog, const std
   return calib::decode(*bytes);
 }
 
+/// What became of a calibration.
+struct Judged {
+  Judgement judgement;
+  StoredJudgement stored;
+  nlohmann::json document;  ///< as --json prints it
+};
+
 /// Compares, stores and notes what must be told.
-base::Result<std::pair<Judgement, StoredJudgement>> judge(db::Catalog& catalog, const VerifyCommand& command,
-                                                          const calib::Calibration& calibration, Output& output) {
+base::Result<Judged> judge(db::Catalog& catalog, const VerifyCommand& command, const calib::Calibration& calibration,
+                           Output& output) {
   const std::string of_unit = command.all ? calibration.unit + ": " : "";
   auto limits = limits_for(command, calibration);
   if (!limits) return base::forward_error(limits);
   auto judgement = verify_against(catalog, calibration, command.campaign, *std::move(limits));
   if (!judgement) return base::forward_error(judgement);
-  auto stored = store_judgement(catalog, *judgement);
+  nlohmann::json document = judgement_json(*judgement);
+  auto stored = store_judgement(catalog, *judgement, document);
   if (!stored) return base::forward_error(stored);
   note_waivers(calibration.references, output, of_unit);
   if (!output.json()) {
@@ -87,14 +95,9 @@ base::Result<std::pair<Judgement, StoredJudgement>> judge(db::Catalog& catalog, 
       if (warning.code != "waiver_signature") output.note(fmt::format("{}warning: {}", of_unit, warning.text));
     }
   }
-  return std::pair(*std::move(judgement), *std::move(stored));
-}
-
-nlohmann::json printed_json(const Judgement& judgement, const StoredJudgement& stored) {
-  nlohmann::json document = judgement_json(judgement);
-  document["stored"] = stored.stored;
-  document["state"] = stored.state.empty() ? nlohmann::json() : nlohmann::json(stored.state);
-  return document;
+  document["stored"] = stored->stored;
+  document["state"] = stored->state.empty() ? nlohmann::json() : nlohmann::json(stored->state);
+  return Judged{*std::move(judgement), *std::move(stored), std::move(document)};
 }
 
 base::Status verify_one(db::Catalog& catalog, const VerifyCommand& command, Output& output) {
@@ -109,9 +112,9 @@ base::Status verify_one(db::Catalog& catalog, const VerifyCommand& command, Outp
   if (!calibration) return base::forward_error(calibration);
   const auto judged = judge(catalog, command, *calibration, output);
   if (!judged) return base::forward_error(judged);
-  const auto& [judgement, stored] = *judged;
+  const auto& [judgement, stored, document] = *judged;
   if (output.json()) {
-    if (auto printed = output.print_json(printed_json(judgement, stored)); !printed) return printed;
+    if (auto printed = output.print_json(document); !printed) return printed;
   } else {
     output.print(verify_text(judgement, stored));
   }
@@ -158,17 +161,17 @@ base::Status verify_all(db::Catalog& catalog, const VerifyCommand& command, Outp
       return base::fail(base::ErrorKind::internal, "interrupted; the verdicts so far are stored", "verify");
     }
     const auto calibration = newest_of(catalog, (*units)[i]);
-    const auto judged = calibration ? judge(catalog, command, *calibration, output) : base::forward_error(calibration);
+    auto judged = calibration ? judge(catalog, command, *calibration, output) : base::forward_error(calibration);
     if (!judged) {
       base::Error error = judged.error();
       error.where = error.where.empty() ? (*units)[i] : fmt::format("{}, {}", (*units)[i], error.where);
       failures.push_back(std::move(error));
       continue;
     }
-    const auto& [judgement, stored] = *judged;
+    auto& [judgement, stored, document] = *judged;
     const calib::Verdict verdict = judgement.verification.verdict;
     if (verdict == calib::Verdict::fail) failed.push_back((*units)[i]);
-    documents.push_back(printed_json(judgement, stored));
+    documents.push_back(std::move(document));
     table.push_back({(*units)[i], std::to_string(calibration->model_version), std::string(calib::name_of(verdict)),
                      stored.state, judgement.limits.source.value_or("none")});
   }

@@ -160,6 +160,13 @@ Result<json> answer_model(RunArchive& runs, const JobRunner& /*jobs*/, const Par
   });
 }
 
+Result<json> answer_impact(RunArchive& runs, const JobRunner& /*jobs*/, const Parameters& parameters) {
+  if (auto known = only_parameters(parameters, {"unit"}); !known) return base::forward_error(known);
+  const auto serial = required(parameters, "unit", "a serial number");
+  if (!serial) return base::forward_error(serial);
+  return runs.in_turn([&](const db::Catalog& catalog) { return impact_overview(catalog, *serial); });
+}
+
 Result<json> answer_fleet(RunArchive& runs, const JobRunner& jobs, const Parameters& parameters) {
   if (auto known = only_parameters(parameters, {"type"}); !known) return base::forward_error(known);
   const auto type = required(parameters, "type", "a type of units, as /api/v1/units gives it");
@@ -252,9 +259,9 @@ Result<json> do_cancel(JobRunner& jobs, const json& body) {
 }  // namespace
 
 const std::vector<JobQuestion>& job_questions() {
-  static const std::vector<JobQuestion> questions = {{"units", answer_units}, {"unit", answer_unit},
-                                                     {"model", answer_model}, {"fleet", answer_fleet},
-                                                     {"jobs", answer_jobs},   {"job", answer_job}};
+  static const std::vector<JobQuestion> questions = {
+      {"units", answer_units}, {"unit", answer_unit}, {"model", answer_model}, {"impact", answer_impact},
+      {"fleet", answer_fleet}, {"jobs", answer_jobs}, {"job", answer_job}};
   return questions;
 }
 

@@ -19,12 +19,6 @@ using nlohmann::json;
 
 json axes_json(const Eigen::Vector3d& v) { return {{"east", v.x()}, {"north", v.y()}, {"up", v.z()}}; }
 
-json estimate_json(const nav::Estimate& estimate) {
-  json interval;
-  if (std::isfinite(estimate.low)) interval = json::array({estimate.low, estimate.high});
-  return {{"value", estimate.value}, {"ci95", std::move(interval)}};
-}
-
 json errors_json(const nav::OutageErrors& errors) {
   return {{"horizontal_rmse_m", errors.horizontal_rmse_m},
           {"horizontal_final_m", errors.horizontal_final_m},
@@ -88,6 +82,12 @@ std::string best_sentence(const json& comparison) {
 }
 
 }  // namespace
+
+json estimate_json(const nav::Estimate& estimate) {
+  json interval;
+  if (std::isfinite(estimate.low)) interval = json::array({estimate.low, estimate.high});
+  return {{"value", estimate.value}, {"ci95", std::move(interval)}};
+}
 
 json comparison_json(std::span<const nav::Drive> drives, std::span<const nav::Innovations> fixes,
                      std::span<const nav::OutageResult> results, std::span<const nav::Pipeline> pipelines,

@@ -12,6 +12,9 @@
 
 namespace soak::station {
 
+/// {"value", "ci95"}; `ci95` is null where there is no interval.
+[[nodiscard]] nlohmann::json estimate_json(const nav::Estimate& estimate);
+
 /// A comparison of pipelines on outages (docs/schema/nav-outages.schema.json): {"length_s", "seed", "drives",
 /// "pipelines", "outages"}. `fixes`: of each drive. Intervals are null where there are fewer than 5 outages.
 [[nodiscard]] nlohmann::json comparison_json(std::span<const nav::Drive> drives,

@@ -19,7 +19,7 @@
 #include "station/fit/reference_rule.h"
 #include "station/io/host.h"
 #include "station/io/text.h"
-#include "station/nav/free_inertial.h"
+#include "station/nav/unit_drives.h"
 #include "station/records/calibration_reader.h"
 #include "station/records/signing.h"
 
@@ -227,7 +227,7 @@ nlohmann::json judgement_json(const Judgement& judgement) {
           {"references", references_json(judgement)},
           {"software", software_version()},
           {"moving_terms", std::move(corrected)},
-          {"impact", impact_json(judgement.calibration)},
+          {"impact", impact_with_drives_json(judgement.calibration)},
           {"sensors", sensors_json(judgement.verification)},
           {"warnings", std::move(warnings)}};
 }
@@ -254,7 +254,8 @@ base::Result<std::optional<db::ModelHead>> stored_model_of(const db::Catalog& ca
   return *there == *here ? std::optional(*head) : std::nullopt;
 }
 
-base::Result<StoredJudgement> store_judgement(db::Catalog& catalog, const Judgement& judgement) {
+base::Result<StoredJudgement> store_judgement(db::Catalog& catalog, const Judgement& judgement,
+                                              const nlohmann::json& document) {
   const calib::Calibration& calibration = judgement.calibration;
   StoredJudgement stored{false, "", "the file is not the whole of a model of this data folder"};
   if (catalog.read_only()) {
@@ -265,14 +266,14 @@ base::Result<StoredJudgement> store_judgement(db::Catalog& catalog, const Judgem
   const calib::Verdict said = judgement.verification.verdict;
   const std::string name(calib::name_of(said));
   const std::string user = user_name();
-  const std::string document = judgement_json(judgement).dump();
+  const std::string text = document.dump();
   const auto done = catalog.all_or_nothing([&]() -> base::Status {
     const auto head = stored_model_of(catalog, calibration);
     if (!head) return base::forward_error(head);
     if (!*head) return {};
     const auto& [unit, version, epoch, created_utc_s, state] = **head;
     stored = {true, state, ""};
-    if (auto added = catalog.add_verification({unit, version, judgement.read_utc_s, user, name, document}); !added) {
+    if (auto added = catalog.add_verification({unit, version, judgement.read_utc_s, user, name, text}); !added) {
       return added;
     }
     const auto next = next_state(state, said);

@@ -39,7 +39,8 @@ struct Judgement {
 [[nodiscard]] std::string decision_rule(const calib::Verification& verification);
 
 /// The document that is stored: verdict with limits, runs, references and the version of the program
-/// (docs/schema/verify.schema.json but for `stored` and `state`, which are not of the verdict).
+/// (docs/schema/verify.schema.json but for `stored` and `state`, which are not of the verdict). Simulates drives: some
+/// 0.2 s of processor time.
 [[nodiscard]] nlohmann::json judgement_json(const Judgement& judgement);
 
 /// The stored model that a calibration, as it is read from a file, is, whatever its file's signature or mark; nothing
@@ -58,6 +59,8 @@ struct StoredJudgement {
 /// that of this moment, whatever others stored meanwhile. By a pass a fitted model becomes verified; by
 /// anything else a verified one becomes fitted again. A released one stays released: to withdraw it is for people to
 /// decide.
-[[nodiscard]] base::Result<StoredJudgement> store_judgement(db::Catalog& catalog, const Judgement& judgement);
+/// `document`: judgement_json() of it.
+[[nodiscard]] base::Result<StoredJudgement> store_judgement(db::Catalog& catalog, const Judgement& judgement,
+                                                            const nlohmann::json& document);
 
 }  // namespace soak::station

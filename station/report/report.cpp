@@ -21,7 +21,7 @@
 #include "station/io/data_folder.h"
 #include "station/io/output.h"
 #include "station/io/text.h"
-#include "station/nav/free_inertial.h"
+#include "station/nav/unit_drives.h"
 #include "station/records/check_standard.h"
 #include "station/records/signing.h"
 #include "station/report/runs_of_model.h"
@@ -237,7 +237,7 @@ base::Result<json> report_document(const db::Catalog& catalog, const ReportReque
   json records = records_json(model->document);
   if (auto added = add_endings(catalog, records); !added) return base::forward_error(added);
   (*sections)["terms"] = calib::terms_json(*terms);
-  (*sections)["impact"] = impact_json(*calibration);
+  (*sections)["impact"] = impact_with_drives_json(*calibration);
   (*sections)["noise"] = *std::move(noise);
   (*sections)["check_standards"] = *std::move(check_standards);
   (*sections)["records"] = std::move(records);

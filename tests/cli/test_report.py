@@ -181,6 +181,20 @@ class Report(test_fit.FittedTest):
             self.assertEqual(rows[shown["sensor"]][4:], [shown["left_interval"]] + [shown[f"after_{s}_s_m"][which] for s in (30, 60) for which in ("without", "with")])
         self.assertIn(f"soak nav impact --unit {SERIAL}", page.text)
 
+    def test_what_simulated_drives_lose_stands_in_the_page(self):
+        document, page = self.report()
+        drives = document["sections"]["impact"]["drives"]
+        rows = page.tables["Position error of a navigation filter in outages on simulated drives, m [95 %]"]
+        self.assertEqual([row[0] for row in rows], ["without", "with"])
+        for which, *cells in rows:
+            for cell, measure in zip(cells, ("horizontal_final_m", "horizontal_rmse_m"), strict=True):
+                self.assertEqual(cell, [drives[which][measure]["value"], *drives[which][measure]["ci95"]])
+        self.assertIn(f"{drives['outages']} outages of 30 s on {drives['drives']} simulated drives", page.text)
+        # A filter of a unit of this grade, 30 s: metres, no kilometres.
+        for which in ("without", "with"):
+            self.assertGreater(drives[which]["horizontal_final_m"]["value"], 1.0)
+            self.assertLess(drives[which]["horizontal_final_m"]["value"], 1000.0)
+
     def test_residuals_are_those_of_the_file_that_is_deployed(self):
         document, _ = self.report()
         path = self.blob()

@@ -39,8 +39,19 @@ inline FilterOptions matching(bool scale_states) {
 struct Simulated {
   Drive drive;
   std::vector<ImuSample> truth_imu;
+  std::vector<ImuSample> biases;  ///< what is added to the readings beside noise and scale factor errors
+  ImuSample scales;               ///< scale factor errors, 1 = 100 %
   Start start;
 };
+
+/// What a unit with these errors reads where there is `truth` all the time.
+inline std::vector<ImuSample> readings_of(double truth, const Simulated& made, const UnitErrors& errors,
+                                          std::uint64_t seed) {
+  std::vector<ImuSample> samples = made.truth_imu;
+  for (ImuSample& sample : samples) sample.rate_rps = sample.force_mps2 = Eigen::Vector3d::Constant(truth);
+  add_errors(samples, errors, {}, {}, seed);
+  return samples;
+}
 
 inline Simulated simulated(int run, bool scale_errors) {
   const auto maneuvers = town_drive(kSeconds, 0, 1000 + static_cast<std::uint64_t>(run));
@@ -51,6 +62,11 @@ inline Simulated simulated(int run, bool scale_errors) {
   if (!scale_errors) errors.gyro.scale_sigma = errors.accel.scale_sigma = 0.0;
   const auto seed = static_cast<std::uint64_t>(run);
   add_errors(made.drive.imu, errors, {}, {}, seed);
+  errors.gyro.white = errors.accel.white = 0.0;
+  made.biases = readings_of(0.0, made, errors, seed);
+  made.scales = readings_of(1.0, made, errors, seed).front();
+  made.scales.rate_rps -= Eigen::Vector3d::Ones() + made.biases.front().rate_rps;
+  made.scales.force_mps2 -= Eigen::Vector3d::Ones() + made.biases.front().force_mps2;
   made.drive.gnss = simulated_fixes(made.drive.truth, 5, {}, seed);
   // The beginning is wrong by what it says.
   base::Random random(seed, 77);
@@ -79,9 +95,21 @@ inline Eigen::VectorXd errors_of(const NavState& state, const TruthPoint& truth,
   return error;
 }
 
-/// εᵀ P⁻¹ ε of these errors.
+/// Errors of all states of the filter at `t_s`, a whole number from 1 on.
+inline Eigen::VectorXd all_errors_of(const NavigationFilter& filter, const Simulated& made, int t_s) {
+  const std::size_t sample = static_cast<std::size_t>(t_s) * 50 - 1;
+  const TruthPoint& truth = made.drive.truth[static_cast<std::size_t>(t_s) * 5];
+  const ImuSample& bias = made.biases[sample];
+  Eigen::VectorXd error(21);
+  error << errors_of(filter.state(), truth, made.truth_imu[sample]), bias.force_mps2 - filter.accel_bias_mps2(),
+      bias.rate_rps - filter.gyro_bias_rps(), made.scales.force_mps2 - filter.accel_scale(),
+      made.scales.rate_rps - filter.gyro_scale();
+  return error.head(filter.covariance().rows());
+}
+
+/// εᵀ P⁻¹ ε of the first errors of the covariance.
 inline double nees(const Eigen::VectorXd& error, const Eigen::MatrixXd& covariance) {
-  return error.dot(base::solve_llt(covariance.topLeftCorner(9, 9), error));
+  return error.dot(base::solve_llt(covariance.topLeftCorner(error.size(), error.size()), error));
 }
 
 /// Mean over the runs of each statistic at each epoch, with the share of epochs within the 95 % bounds.

@@ -118,6 +118,49 @@ TEST(Outages, AUnitWithoutErrorsKnowsItsWay) {
   EXPECT_LT(result->pipelines.front().horizontal_final_m, 5.0);
 }
 
+TEST(Outages, OneWayThroughTheDriveGivesWhatEachOutageGivesByItself) {
+  const Drive drive = town(isi(), 4, [](calib::Sensor, double temp_c) { return 1e-4 * temp_c; });
+  FilterPipeline physics{"physics", "", {}, {}, {}, true};
+  physics.filter.sensors = typical_mems();
+  physics.filter.scale_states = true;
+  physics.filter.non_holonomic = NonHolonomic{};
+  FilterPipeline corrected{"corrected", "", {}, {}, [](ImuSample& sample) { sample.rate_rps *= 1.001; }};
+  corrected.filter.sensors = typical_mems();
+  const std::vector<FilterPipeline> parts = {physics, corrected};
+  const std::vector<Pipeline> pipelines = {filter_pipeline(physics), filter_pipeline(corrected)};
+  // The second begins within the first, the third between two samples.
+  const std::vector<Outage> outages = {{120.0, 150.0}, {140.0, 150.0}, {171.234, 190.0}};
+  const auto together = run_outages_in_passing(drive, outages, parts);
+  ASSERT_TRUE(together);
+  ASSERT_EQ(together->size(), outages.size());
+  for (std::size_t i = 0; i < outages.size(); ++i) {
+    const auto alone = run_outage(drive, outages[i], pipelines);
+    ASSERT_TRUE(alone);
+    EXPECT_EQ((*together)[i].distance_m, alone->distance_m);
+    for (std::size_t p = 0; p < pipelines.size(); ++p) {
+      const OutageErrors& one = (*together)[i].pipelines[p];
+      const OutageErrors& other = alone->pipelines[p];
+      ASSERT_EQ(one.points.size(), other.points.size());
+      EXPECT_GT(other.horizontal_final_m, 0.1);
+      // A sample that an outage's beginning cuts in two has its coning computed in two pieces.
+      EXPECT_LT((one.position_final_m - other.position_final_m).norm(), 1e-3) << "outage " << i << ", pipeline " << p;
+    }
+  }
+}
+
+TEST(Outages, OneWayThroughTheDriveIsRefusedToAnOutageBeforeTheFilterCanBegin) {
+  const Drive drive = town({}, 1);
+  FilterPipeline parts{"raw", "", {}, {}, {}};
+  parts.filter.sensors = typical_mems();
+  const auto refused = run_outages_in_passing(drive, std::vector<Outage>{{2.0, 32.0}}, {&parts, 1});
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().kind, base::ErrorKind::bad_input);
+  EXPECT_NE(refused.error().message.find("begins at 2.0 s"), std::string::npos);
+  const auto unordered =
+      run_outages_in_passing(drive, std::vector<Outage>{{150.0, 160.0}, {120.0, 130.0}}, {&parts, 1});
+  EXPECT_FALSE(unordered);
+}
+
 TEST(Outages, ABiasThatStaysIsLearnt) {
   const Vector3d bias_mps2{0.15, -0.1, 0.2};
   const auto constant = [&](calib::Sensor sensor, double) {

@@ -283,6 +283,19 @@ class Page(BrowserTest, WithStation):
             metres = [sensor[f"after_{seconds}_s_m"][which] for seconds in (30, 60) for which in ("without", "with")]
             for text, value in zip(row[3:], metres, strict=True):
                 self.assertAlmostEqual(float(text.removesuffix(" m")), value, delta=0.06 * value)
+        answer = self.soakd.get("impact", unit=unit)
+        check_schema(answer, "http-impact")
+        self.assertEqual(answer["model"], model["version"])
+        drives = answer["impact"]["drives"]
+        for which in ("without", "with"):
+            self.see("#unit-drives", f"{drives[which]['horizontal_final_m']['value']:.1f} m")
+        self.see("#unit-drives", f"{drives['outages']} outages")
+
+    def test_metres_of_a_unit_without_a_model_are_refused(self):
+        with self.assertRaises(urllib.error.HTTPError) as refused:
+            self.soakd.get("impact", unit=HOSTILE[0])
+        self.assertEqual(refused.exception.code, 400)
+        self.assertIn("no model yet", json.loads(refused.exception.read())["error"]["message"])
 
     def test_a_unit_is_fitted_judged_and_handed_over_by_clicks(self):
         self.browser.go(self.soakd.url)

@@ -14,7 +14,7 @@ SCHEMAS = ROOT / "docs" / "schema"
 # Types of web/documents.mjs and kept_documents.mjs and what they describe: a schema, and the way to it.
 DESCRIBED = {"Status": ("campaign-status", ""), "LiveUnit": ("campaign-status", "units/items"), "Campaign": ("campaign-status", "campaign"),
              "Alarm": ("campaign-status", "alarms/items"),
-             "Job": ("http-job", ""), "Unit": ("http-unit", ""), "Model": ("http-unit", "model"), "Term": ("http-unit", "model/terms/items"),
+             "Job": ("http-job", ""), "Unit": ("http-unit", ""), "Model": ("http-unit", "model"), "UnitDrives": ("http-impact", "impact/drives"), "Term": ("http-unit", "model/terms/items"),
              "Warning": ("http-unit", "warnings/items"), "UnitLine": ("http-units", "units/items"), "RunDetail": ("http-run", ""),
              "StoredCampaign": ("http-stored", "campaigns/items"), "Fleet": ("http-fleet", ""), "FleetUnit": ("http-fleet", "units/items"),
              "FleetCurve": ("http-fleet", "$defs/curve"), "FleetLine": ("http-fleet", "$defs/curve/units/items"), "Audit": ("http-audit", ""),
