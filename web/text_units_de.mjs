@@ -174,7 +174,7 @@ export const text = {
       Einschalten ist bekannt, die Achse des Sensors liegt waagrecht.`,
     drives: ({ drives, outages, seconds, without, corrected, less, between }) =>
       `Mit einem Navigationsfilter, in ${outages} Ausfällen von ${seconds} s auf ${drives} simulierten Fahrten mit den Kurven dieses Prüflings: am Ende eines Ausfalls ${without} daneben ohne die Kalibrierung, ${corrected} mit ihr, `
-      + `${less} % weniger${between === null ? "" : ` (95 %: ${between.join(" bis ")} %)`}. Der Filter lernt das meiste eines Nullpunktfehlers vor dem Ausfall; das Rauschen ist das eines AHRS400CA.`,
+      + `ein Gewinn von ${less} %${between === null ? "" : ` (95 %: ${between.join(" bis ")} %)`}. Das Rauschen ist das eines AHRS400CA.`,
     noDrives: "Fahrten mit einem Navigationsfilter werden nicht simuliert, da die Kalibrierung ihre Unsicherheit nicht angibt.",
     drivesFailed: (message) => `Fahrten mit einem Navigationsfilter ließen sich nicht simulieren: ${message}.`,
     more: "Jeder Ausfall, und weitere Arten zu navigieren:",

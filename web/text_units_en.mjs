@@ -169,7 +169,7 @@ export const text = {
     about: (from, to) => `Position error from each sensor's bias alone without satellite navigation, from ${from} °C at power-on to ${to} °C; the bias at power-on is known, the sensor's axis lies horizontally.`,
     drives: ({ drives, outages, seconds, without, corrected, less, between }) =>
       `With a navigation filter, in ${outages} outages of ${seconds} s on ${drives} simulated drives with this unit's curves: ${without} off at the end of an outage without the calibration, ${corrected} with it, `
-      + `${less} % less${between === null ? "" : ` (95 %: ${between.join(" to ")} %)`}. The filter learns most of a bias before the outage; noise is that of an AHRS400CA.`,
+      + `a gain of ${less} %${between === null ? "" : ` (95 %: ${between.join(" to ")} %)`}. Noise is that of an AHRS400CA.`,
     noDrives: "Drives with a navigation filter are not simulated, as the calibration does not state its uncertainty.",
     drivesFailed: (message) => `Drives with a navigation filter could not be simulated: ${message}.`,
     more: "Each outage, and more ways to navigate:",

@@ -14,6 +14,7 @@
 #include "station/http/members.h"
 #include "station/io/host.h"
 #include "station/io/text.h"
+#include "station/nav/free_inertial.h"
 #include "station/release/release_rule.h"
 #include "station/report/fleet_overview.h"
 #include "station/report/unit_overview.h"
@@ -164,7 +165,18 @@ Result<json> answer_impact(RunArchive& runs, const JobRunner& /*jobs*/, const Pa
   if (auto known = only_parameters(parameters, {"unit"}); !known) return base::forward_error(known);
   const auto serial = required(parameters, "unit", "a serial number");
   if (!serial) return base::forward_error(serial);
-  return runs.in_turn([&](const db::Catalog& catalog) { return impact_overview(catalog, *serial); });
+  std::optional<calib::Calibration> calibration;
+  auto answer = runs.in_turn([&](const db::Catalog& catalog) -> Result<json> {
+    auto newest = newest_calibration(catalog, *serial);
+    if (!newest) return base::forward_error(newest);
+    calibration = std::move(newest->calibration);
+    return json{{"unit", *serial}, {"model", newest->version}};
+  });
+  if (!answer) return answer;
+  auto impact = runs.compute([&] { return Result<json>(impact_with_drives_json(*calibration)); });
+  if (!impact) return impact;
+  answer->emplace("impact", *std::move(impact));
+  return answer;
 }
 
 Result<json> answer_fleet(RunArchive& runs, const JobRunner& jobs, const Parameters& parameters) {

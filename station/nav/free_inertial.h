@@ -36,4 +36,8 @@ struct TemperatureCourse {
 /// `one_run`, where the half-widths of a sensor cannot hold what differs between power-ons.
 [[nodiscard]] std::vector<calib::Warning> scatter_warnings(const calib::Calibration& calibration);
 
+/// impact_json() over the whole range, with `drives`: unit_drives_json() (unit_drives.h), or null and the warning
+/// `drives_not_simulated` where that fails. Null where there is no range.
+[[nodiscard]] nlohmann::json impact_with_drives_json(const calib::Calibration& calibration);
+
 }  // namespace soak::station

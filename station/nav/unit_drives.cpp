@@ -102,11 +102,14 @@ json impact_with_drives_json(const calib::Calibration& calibration) {
     return impact;
   }
   impact["drives"] = nullptr;
+  const bool by_curves = drives.error().kind == base::ErrorKind::bad_input;
   impact["warnings"].push_back(
       {{"code", "drives_not_simulated"},
        {"text",
         "with these curves no drive can be simulated: " + drives.error().message +
-            "; look at the curves, and record the campaign again where they are not those of an inertial unit"}});
+            (by_curves
+                 ? "; look at the curves, and record the campaign again where they are not those of an inertial unit"
+                 : "; this is a fault of the program: report it")}});
   return impact;
 }
 

@@ -29,19 +29,15 @@ inline constexpr std::size_t kUnitDriveSeed = 1;
                                                   const TemperatureCourse& course, std::size_t number,
                                                   std::size_t seed);
 
-/// Takes the calibration's curves off readings.
+/// Takes the calibration's curves off readings, as long as `calibration` lives.
 [[nodiscard]] nav::Correction correction_by(const calib::Calibration& calibration);
 
 /// What the navigation filter of `raw` loses on unit_drives() in outages of satellite navigation, with the calibration
 /// and without it: the pipelines `raw` and `calibrated` of `soak nav impact` with its defaults. Member `drives` of
 /// docs/schema/report.schema.json: null where a sensor's uncertainty is not stated, as nobody knows then what the
-/// calibration leaves. Some 0.2 s of processor time. Fails (internal) where the curves are such that the filter finds
-/// no finite solution.
+/// calibration leaves. Some 0.2 s of processor time. Refuses (bad_input) curves beyond what an inertial unit reads;
+/// fails (internal) where the filter finds no finite solution.
 [[nodiscard]] base::Result<nlohmann::json> unit_drives_json(const calib::Calibration& calibration,
                                                             const TemperatureCourse& course);
-
-/// impact_json() over the whole range, with `drives`: unit_drives_json(), or null and the warning
-/// `drives_not_simulated` where that fails. Null where there is no range.
-[[nodiscard]] nlohmann::json impact_with_drives_json(const calib::Calibration& calibration);
 
 }  // namespace soak::station

@@ -19,7 +19,7 @@
 #include "station/fit/reference_rule.h"
 #include "station/io/host.h"
 #include "station/io/text.h"
-#include "station/nav/unit_drives.h"
+#include "station/nav/free_inertial.h"
 #include "station/records/calibration_reader.h"
 #include "station/records/signing.h"
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
@@ -53,25 +54,27 @@ std::string drives_table(const json& drives) {
   return table.html();
 }
 
-/// Empty where they could not be simulated: a warning says why.
+/// Where they could not be simulated a warning says why.
 std::string drives_part(const json& impact, const std::string& unit) {
   const json& drives = impact["drives"];
-  if (drives.is_null() && !impact["warnings"].empty()) return "";
+  const std::string more = fmt::format(
+      "<p>Each outage, and more pipelines: <code>soak nav impact --unit {}</code>.</p>\n", html::escaped(unit));
   if (drives.is_null()) {
+    const bool told = std::ranges::any_of(
+        impact["warnings"], [](const json& warning) { return warning["code"] == "drives_not_simulated"; });
+    if (told) return "";
     return "<p>Drives with a navigation filter: not simulated, as the calibration does not state its "
            "uncertainty.</p>\n";
   }
-  const std::string more = fmt::format("each outage, and more pipelines: <code>soak nav impact --unit {}</code>.</p>\n",
-                                       html::escaped(unit));
   return fmt::format(
              "<p>With a navigation filter and satellite navigation until the outage: {} outages of {} s on {} "
              "simulated "
              "drives with this unit's curves, the temperature going the same way; other errors are those of an "
-             "AHRS400CA. The filter has learnt most of a bias before, so that less is to be gained.</p>\n",
+             "AHRS400CA.</p>\n",
              drives["outages"].get<int>(), html::number(drives["length_s"].get<double>(), 0),
              drives["drives"].get<int>()) +
          drives_table(drives) +
-         fmt::format("<p>With it {} % less at the end of an outage; {}", with_interval(drives["gain"], 100.0, 0), more);
+         fmt::format("<p>Gain at the end of an outage: {} %.</p>\n", with_interval(drives["gain"], 100.0, 0)) + more;
 }
 
 }  // namespace

@@ -21,7 +21,7 @@
 #include "station/io/data_folder.h"
 #include "station/io/output.h"
 #include "station/io/text.h"
-#include "station/nav/unit_drives.h"
+#include "station/nav/free_inertial.h"
 #include "station/records/check_standard.h"
 #include "station/records/signing.h"
 #include "station/report/runs_of_model.h"

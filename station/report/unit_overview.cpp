@@ -13,7 +13,6 @@
 #include "calib/judge/warning_list.h"
 #include "calib/model/model_document.h"
 #include "station/nav/free_inertial.h"
-#include "station/nav/unit_drives.h"
 #include "station/records/calibration_reader.h"
 #include "station/report/runs_of_model.h"
 #include "station/report/term_text.h"
@@ -245,7 +244,7 @@ base::Result<json> model_overview(const db::Catalog& catalog, const std::string&
   return json{{"unit", serial}, {"model", *std::move(part)}};
 }
 
-base::Result<json> impact_overview(const db::Catalog& catalog, const std::string& serial) {
+base::Result<ModelCalibration> newest_calibration(const db::Catalog& catalog, const std::string& serial) {
   const auto unit = known_unit(catalog, serial);
   if (!unit) return base::forward_error(unit);
   const auto model = catalog.model(serial);
@@ -253,9 +252,9 @@ base::Result<json> impact_overview(const db::Catalog& catalog, const std::string
   if (!*model) {
     return base::bad_input(fmt::format("unit {} has no model yet: fit it first", serial), "unit");
   }
-  const auto calibration = calib::calibration_of((*model)->document);
+  auto calibration = calib::calibration_of((*model)->document);
   if (!calibration) return base::forward_error(calibration);
-  return json{{"unit", serial}, {"model", (*model)->version}, {"impact", impact_with_drives_json(*calibration)}};
+  return ModelCalibration{(*model)->version, *std::move(calibration)};
 }
 
 base::Result<std::string> doubt_of_model(const db::Catalog& catalog, const std::string& serial) {

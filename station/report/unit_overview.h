@@ -7,6 +7,7 @@
 #include <string>
 
 #include "base/result.h"
+#include "calib/curve/calibration.h"
 #include "db/catalog/catalog.h"
 
 namespace soak::station {
@@ -26,10 +27,15 @@ namespace soak::station {
 [[nodiscard]] base::Result<nlohmann::json> model_overview(const db::Catalog& catalog, const std::string& serial,
                                                           std::int32_t version);
 
-/// What the newest model of a unit buys in navigation: {unit, model, impact} (docs/schema/http-impact.schema.json).
-/// Simulates drives: some 0.2 s of processor time. Refuses (bad_input, where == "unit") an unknown unit and one without
-/// a model; (corrupt) a damaged model.
-[[nodiscard]] base::Result<nlohmann::json> impact_overview(const db::Catalog& catalog, const std::string& serial);
+/// A version of a unit's model, decoded.
+struct ModelCalibration {
+  std::int32_t version = 0;
+  calib::Calibration calibration;
+};
+
+/// Of the newest model. Refuses (bad_input, where == "unit") an unknown unit and one without a model; (corrupt) a
+/// damaged model.
+[[nodiscard]] base::Result<ModelCalibration> newest_calibration(const db::Catalog& catalog, const std::string& serial);
 
 /// What was withdrawn since of what the newest model of a unit rests on, in words; empty where nothing was.
 [[nodiscard]] base::Result<std::string> doubt_of_model(const db::Catalog& catalog, const std::string& serial);

@@ -88,20 +88,32 @@ base::Result<db::RunRow> sealed_row(const db::Catalog& catalog, const RunName& n
 
 RunArchive::RunArchive(std::filesystem::path data_folder) : data_folder_(std::move(data_folder)) {}
 
-base::Result<json> RunArchive::in_turn(const std::function<base::Result<json>(db::Catalog&)>& work) {
-  if (data_folder_.empty()) return base::bad_input("the station has no data folder", "run");
+base::Result<std::unique_lock<std::timed_mutex>> RunArchive::Turn::take() {
   const bool may_wait = ++waiting_ <= kMostWaiting;
-  std::unique_lock turn(turn_, std::defer_lock);
+  std::unique_lock turn(mutex_, std::defer_lock);
   const bool ours = may_wait && turn.try_lock_for(kPatience);
   --waiting_;
   if (!ours) {
     return base::fail(base::ErrorKind::internal, "too many questions about stored runs at a time; ask again in a while",
                       kBusy);
   }
+  return turn;
+}
+
+base::Result<json> RunArchive::in_turn(const std::function<base::Result<json>(db::Catalog&)>& work) {
+  if (data_folder_.empty()) return base::bad_input("the station has no data folder", "run");
+  const auto turn = questions_.take();
+  if (!turn) return base::forward_error(turn);
   // Anew for each question: what a catalog has found sound it does not check again.
   auto catalog = reopen_catalog(data_folder_);
   if (!catalog) return base::forward_error(catalog);
   return work(*catalog);
+}
+
+base::Result<json> RunArchive::compute(const std::function<base::Result<json>()>& work) {
+  const auto turn = computations_.take();
+  if (!turn) return base::forward_error(turn);
+  return work();
 }
 
 base::Result<json> RunArchive::list(const db::RunFilter& filter) {

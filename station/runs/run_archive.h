@@ -64,11 +64,24 @@ class RunArchive {
   /// Any other question to the catalog, in the same turn.
   [[nodiscard]] base::Result<nlohmann::json> in_turn(
       const std::function<base::Result<nlohmann::json>(db::Catalog&)>& work);
+  /// What takes long with what a question has found: one at a time, refused like questions, but none of these waits.
+  [[nodiscard]] base::Result<nlohmann::json> compute(const std::function<base::Result<nlohmann::json>()>& work);
 
  private:
+  /// What one thread has at a time, for which a few may wait.
+  class Turn {
+   public:
+    /// Fails (internal, where == kBusy) where too many wait, or for too long.
+    [[nodiscard]] base::Result<std::unique_lock<std::timed_mutex>> take();
+
+   private:
+    std::timed_mutex mutex_;
+    std::atomic<int> waiting_ = 0;
+  };
+
   std::filesystem::path data_folder_;
-  std::timed_mutex turn_;
-  std::atomic<int> waiting_ = 0;
+  Turn questions_;
+  Turn computations_;
 };
 
 }  // namespace soak::station
