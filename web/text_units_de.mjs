@@ -74,6 +74,7 @@ export const text = {
     notJudged: (type) => `Grenzwerte in die Datei seines Typs schreiben, ${type}.toml, oder über den ganzen Bereich verifizieren: Er ist noch nicht beurteilt.`,
     grave: "Nicht ausliefern, bevor die erste Warnung unten geklärt ist.",
     release: "Freigeben.",
+    releaseGapOpen: "Freigeben. Was die Suche nach Lücken gefunden hat, ist nicht in seinem Modell: vorher annehmen oder so lassen, siehe unten.",
     notReleased: "Er darf nicht freigegeben werden:",
     notGoodAnyMore: "Nicht ausliefern: Er ist freigegeben, erfüllt aber die Freigabebedingungen nicht mehr:",
     retired: "Neu anpassen: Dieses Modell ist zurückgezogen, niemand darf es verwenden.",

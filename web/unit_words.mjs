@@ -76,7 +76,8 @@ function isGapOpen({ model, gap: { find } }) {
 function nextOfPassed(unit) {
   const { model, release: { obstacles }, exported } = unit;
   if (model.state !== "released") {
-    return obstacles.length === 0 ? { kind: "release", text: U.next.release } : { kind: null, text: U.next.notReleased, why: obstacles };
+    if (obstacles.length > 0) return { kind: null, text: U.next.notReleased, why: obstacles };
+    return { kind: "release", text: isGapOpen(unit) ? U.next.releaseGapOpen : U.next.release };
   }
   if (obstacles.length > 0) return { kind: null, text: U.next.notGoodAnyMore, why: obstacles };
   if (exported === null || exported.result.unreleased) return { kind: "export", text: U.next.export };
