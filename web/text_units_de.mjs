@@ -97,6 +97,9 @@ export const text = {
     campaignRuns: (campaign, count, use) => `${campaign} (${plural(count, { one: `${count} Lauf`, other: `${count} Läufe` })}${
       { verification: "", calibration: ", Kalibrierung: geht in die nächste Anpassung ein", fitted: ", Kalibrierung: das Modell wurde daran angepasst" }[use]})`,
     format: "Dateiformat",
+    version: "Modell",
+    newestVersion: (version) => `${version}, das neueste`,
+    releasedVersion: (version) => `${version}, früher freigegeben`,
     sign: "Signieren",
     noKey: "Signieren: Die Station hat noch keinen Schlüssel, unter „Prüfmittel“ entsteht einer",
     signWith: (key) => `Mit Schlüssel ${key} signieren`,

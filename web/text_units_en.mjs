@@ -88,6 +88,9 @@ export const text = {
     campaignRuns: (campaign, count, use) => `${campaign} (${plural(count, { one: `${count} run`, other: `${count} runs` })}${
       { verification: "", calibration: ", calibration: the next fit takes it", fitted: ", calibration: the model was fitted to it" }[use]})`,
     format: "Format",
+    version: "Model",
+    newestVersion: (version) => `${version}, the newest`,
+    releasedVersion: (version) => `${version}, released before`,
     sign: "Sign it",
     noKey: "Sign it: the station has no key yet, Records makes one",
     signWith: (key) => `Sign it with key ${key}`,
