@@ -264,6 +264,7 @@ export const text = {
     asks: (prompt) => QUESTIONS[prompt.code]?.(prompt.about) ?? prompt.text,
     unit: (serial, slot, face) => `${serial}, Steckplatz ${slot}: ${face}`,
     isUp: (face) => `${face} liegt oben`,
+    ownAxes: " (in seinen eigenen Achsen)",
   },
   faces: {
     tilted: (tilt, face) => `weicht um mehr als ${tilt}° von ${face} ab, richtig aufsetzen`,

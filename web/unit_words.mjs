@@ -7,9 +7,6 @@ import { textsOf } from "./text.mjs";
 /** @type {typeof import("./text_units_en.mjs").text} */
 export const U = await textsOf("units");
 
-/** Where a unit's page is. */
-export const unitAddress = (serial) => `#${new URLSearchParams({ unit: serial })}`;
-
 /** States of a badge. */
 const VERDICTS = { pass: "finished", marginal: "waiting", fail: "failed", not_measured: "waiting" };
 

@@ -6,7 +6,8 @@ import { $, element, say, show } from "./dom.mjs";
 import { timeOfDay, UNKNOWN } from "./format.mjs";
 import { ReleaseAll } from "./release_all.mjs";
 import { badge } from "./runs_view.mjs";
-import { U, unitAddress, verdictOf } from "./unit_words.mjs";
+import { U, verdictOf } from "./unit_words.mjs";
+import { unitAddress } from "./views.mjs";
 import { recordedNow } from "./words.mjs";
 
 export class UnitsView {

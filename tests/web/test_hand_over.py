@@ -98,6 +98,8 @@ class HandOver(BrowserTest):
         self.see("#unit-badges", "released")
 
     def test_no_two_buttons_of_a_unit_lie_over_each_other_in_german(self):
+        self.job(kind="release", unit=SERIAL)
+        self.soakd.soak("fit", "--unit", SERIAL, "--rules", "3")  # a choice of models comes to the others
         self.browser.go(self.soakd.url)
         self.browser.run("localStorage.setItem('soak-language', 'de')")
         self.addCleanup(self.browser.run, "localStorage.removeItem('soak-language')")
@@ -105,6 +107,7 @@ class HandOver(BrowserTest):
             self.browser.resize(width, 900)
             self.open_unit(SERIAL)
             self.see("#unit-release", "Freigeben")
+            self.see("#unit-version", "1, früher freigegeben")
             over = self.browser.run("""
                 const boxes = [...document.querySelectorAll("#unit-work button, #unit-work select")].map((e) => [e.id, e.getBoundingClientRect()]).filter(([, b]) => b.width > 0);
                 const overlap = (a, b) => a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom;
