@@ -56,14 +56,14 @@ def station_page(browser, folder):
 def unit_page_and_report(browser, folder):
     soakd = test_units.UnitStation()
     serial = test_units.SERIAL
-    for job in ({"kind": "fit"}, {"kind": "verify", "campaign": "verification"}, {"kind": "export", "format": "blob", "simulated": True},
-                {"kind": "report"}):
+    for job in ({"kind": "fit"}, {"kind": "verify", "campaign": "verification"}, {"kind": "report"}, {"kind": "release"},
+                {"kind": "export", "format": "blob", "simulated": True}):
         ended = soakd.ended(soakd.post("jobs", unit=serial, user="Eva", **job))
         assert ended["state"] == "done", ended
     browser.go(f"{soakd.url}#unit={serial}")
-    browser.wait("return document.querySelectorAll('#unit-jobs li').length === 4")
+    browser.wait("return document.querySelectorAll('#unit-jobs li').length === 5")
     browser.wait("return document.querySelectorAll('#unit-curves .sensor svg').length === 6")
-    take(browser, folder / "unit-page.png", 1636)
+    take(browser, folder / "unit-page.png", 2076)
     report = soakd.folder / "report.html"
     soakd.soak("report", "--unit", serial, "-o", str(report))
     browser.go(report.as_uri())

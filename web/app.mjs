@@ -23,7 +23,7 @@ const chart = new Chart($("chart"), $("legend"));
 const noiseCard = new NoiseCard();
 const startForm = new StartForm(userName);
 const storedCard = new StoredCard(startForm);
-let runsView = null; // once its module is loaded
+const heedful = []; // views that follow what is recorded, once their modules are loaded
 let status = null;
 let plan = null;
 let planOf = null; // which campaign the plan is of
@@ -64,7 +64,7 @@ function takeStatus(document) {
   noiseCard.take(status);
   startForm.take(status);
   storedCard.take(status);
-  runsView?.take(status);
+  for (const view of heedful) view.take(status);
   if (confirmsItself(status) && mayOperate() && status.prompt.id !== confirmedItself) {
     confirmedItself = status.prompt.id;
     confirm({ itself: true });
@@ -211,10 +211,11 @@ function whenAsked(groups, load) {
   };
 }
 
-async function loadRunsView() {
-  runsView = new (await import("./runs_view.mjs")).RunsView();
-  if (status) runsView.take(status);
-  return runsView;
+/** A view that has take(status). */
+function heeding(view) {
+  heedful.push(view);
+  if (status) view.take(status);
+  return view;
 }
 
 rememberUser();
@@ -223,10 +224,10 @@ connectButtons();
 connectAlerts();
 connectViews({
   station: { open: () => Promise.all([startForm.open(), storedCard.open()]) },
-  runs: whenAsked(["runs"], loadRunsView),
+  runs: whenAsked(["runs"], async () => heeding(new (await import("./runs_view.mjs")).RunsView())),
   run: whenAsked(["runs"], async () => new (await import("./run_view.mjs")).RunView(operator)),
-  units: whenAsked(["units", "runs"], async () => new (await import("./units_view.mjs")).UnitsView(userName)),
-  unit: whenAsked(["units", "gap", "runs"], async () => new (await import("./unit_view.mjs")).UnitView(userName)),
+  units: whenAsked(["units", "runs"], async () => heeding(new (await import("./units_view.mjs")).UnitsView(userName))),
+  unit: whenAsked(["units", "gap", "runs"], async () => heeding(new (await import("./unit_view.mjs")).UnitView(userName))),
   fleet: whenAsked(["units", "fleet", "runs"], async () => new (await import("./fleet_view.mjs")).FleetView()),
   events: whenAsked(["events"], async () => new (await import("./events_view.mjs")).EventsView()),
   records: whenAsked(["records", "units", "runs"], async () => new (await import("./records_view.mjs")).RecordsView(userName, operator)),

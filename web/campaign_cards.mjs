@@ -135,28 +135,34 @@ export function renderPrompt(status, plan) {
   show($("prompt-inner"), prompt !== null);
   $("confirm").disabled = prompt === null;
   const turning = prompt !== null && campaign?.step_kind === "move";
-  renderFaces(turning ? status.units.filter((unit) => unit.attitude) : []);
+  renderFaces(turning ? status.units.filter((unit) => unit.attitude) : [], askedFace(status, plan));
   show($("itself-box"), turning && status.units.some((unit) => unit.attitude));
   const pose = turning ? poseOf(status, plan) : null;
   show($("prompt-pose"), Boolean(pose?.expected));
   if (pose?.expected) drawPose($("prompt-pose"), pose);
 }
 
-/** What is drawn: the fixture by a unit that is mounted straight; without one, the first unit by its own faces. */
-function poseOf({ campaign, units }, plan) {
+/** The fixture's face that is asked for; null where the plan is not known. */
+function askedFace({ campaign }, plan) {
   const position = plan && positionOf(campaign.step, plan);
-  const asked = position && sign(position);
-  const faces = units.map((unit) => ({ serial: unit.serial, ...faceOf(unit) })).filter((face) => face.expected);
+  return position && sign(position);
+}
+
+/** What is drawn: the fixture by a unit that is mounted straight; without one, the first unit by its own faces. */
+function poseOf(status, plan) {
+  const asked = askedFace(status, plan);
+  const faces = status.units.map((unit) => ({ serial: unit.serial, ...faceOf(unit) })).filter((face) => face.expected);
   const straight = faces.find((face) => face.expected === asked);
   const face = straight ?? faces[0];
   if (!face) return { expected: asked, up: null, wrong: false, whose: "" };
   return { ...face, whose: straight || !asked ? "" : face.serial };
 }
 
-function renderFaces(units) {
+function renderFaces(units, asked) {
   const lines = units.map((unit) => {
     const face = faceOf(unit);
-    const line = element("li", T.prompt.unit(unit.serial, unit.slot, face.up === face.expected && !face.wrong ? `${T.prompt.isUp(face.up)}${face.right ? " ✓" : "…"}` : turnText(face)));
+    const text = face.up === face.expected && !face.wrong ? `${T.prompt.isUp(face.up)}${face.right ? " ✓" : "…"}` : turnText(face);
+    const line = element("li", `${T.prompt.unit(unit.serial, unit.slot, text)}${asked && face.expected !== asked ? T.prompt.ownAxes : ""}`);
     line.className = face.right ? "yes" : "";
     return line;
   });

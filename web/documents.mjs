@@ -302,6 +302,7 @@
  * @property {Warning[]} warnings
  * @property {{campaign: string, runs: number, purpose: "verification" | "calibration"}[]} verify_with
  * @property {{campaign: string, runs: number}[]} fitted_to
+ * @property {number[]} released_before
  * @property {Kept & {warnings: Warning[]} | null} verification
  * @property {{find: Kept | null, show: Kept | null}} gap
  * @property {{obstacles: string[], expires: string | null} | null} release

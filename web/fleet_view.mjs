@@ -7,7 +7,8 @@ import { $, element, english, say, show } from "./dom.mjs";
 import { BELOW, draw, Panel, TOP } from "./figure.mjs";
 import { CURVES, driftText, F, findingsOf, outlierText, ruleText, shownUnit, summaryOf, yieldOf } from "./fleet_words.mjs";
 import { badge } from "./runs_view.mjs";
-import { sensorText, unitAddress, verdictOf } from "./unit_words.mjs";
+import { sensorText, verdictOf } from "./unit_words.mjs";
+import { unitAddress } from "./views.mjs";
 
 const HEIGHT = 260;
 const COLOURS = ["unit-6", "unit-1", "unit-3", "unit-5"];

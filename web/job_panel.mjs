@@ -40,8 +40,10 @@ export class JobPanel {
     for (const kind of KINDS) $(`unit-${kind}`).addEventListener("click", () => this.#startOwn(kind));
     $("unit-format").addEventListener("change", () => {
       this.#offerSignature();
+      this.#showVersions();
       this.#enable();
     });
+    $("unit-version").addEventListener("change", () => this.#enable());
     $("unit-cancel").addEventListener("click", () => this.#cancel());
     let ticks = 0;
     setInterval(() => {
@@ -69,6 +71,7 @@ export class JobPanel {
   offer(unit) {
     this.#unit = unit;
     this.#offerCampaigns(unit);
+    this.#offerVersions(unit);
     const { kind: next } = nextOf(unit);
     for (const kind of KINDS) $(`unit-${kind}`).classList.toggle("primary", kind === next);
     show($("unit-simulated-box"), unit.model?.simulated === true);
@@ -91,6 +94,21 @@ export class JobPanel {
     show($("unit-campaign-none"), model !== null && fresh.length === 0);
   }
 
+  /** Released models stay so when the next one is fitted: their files can be had until that is released, too. */
+  #offerVersions({ unit, model, released_before: released }) {
+    const { dataset: { unit: of }, value: chosen } = $("unit-version");
+    const option = (text, value) => Object.assign(element("option", text), { value: String(value) });
+    const newest = model === null ? [] : [option(U.jobs.newestVersion(model.version), "")];
+    $("unit-version").replaceChildren(...newest, ...released.map((version) => option(U.jobs.releasedVersion(version), version)));
+    $("unit-version").dataset.unit = unit;
+    $("unit-version").value = of === unit && released.includes(Number(chosen)) ? chosen : "";
+    this.#showVersions();
+  }
+
+  #showVersions() {
+    show($("unit-version-box"), $("unit-format").value !== OF_RUNS && (this.#unit?.released_before.length ?? 0) > 0);
+  }
+
   #enable() {
     const busy = this.#running !== null || this.#unit === null;
     const hasModel = this.#unit?.model != null;
@@ -98,7 +116,7 @@ export class JobPanel {
     $("unit-verify").disabled = busy || !hasModel || this.#unit.verify_with.length === 0;
     $("unit-report").disabled = busy || !hasModel;
     $("unit-release").disabled = busy || !hasModel || this.#unit.model.state === "released" || this.#unit.release.obstacles.length > 0;
-    const isWithdrawn = this.#unit?.model?.state === "withdrawn";
+    const isWithdrawn = this.#unit?.model?.state === "withdrawn" && this.#olderVersion() === null;
     $("unit-export").disabled = busy || !hasModel || (isWithdrawn && $("unit-format").value !== OF_RUNS);
     this.#took(busy, this.#running);
   }
@@ -123,7 +141,13 @@ export class JobPanel {
 
   #exportMembers() {
     const isChosen = (name) => !$(`${name}-box`).hidden && !$(name).disabled && $(name).checked;
-    return { format: $("unit-format").value, simulated: isChosen("unit-simulated"), sign: isChosen("unit-sign") };
+    const older = this.#olderVersion();
+    return { format: $("unit-format").value, ...(older === null ? {} : { model: older }), simulated: isChosen("unit-simulated"), sign: isChosen("unit-sign") };
+  }
+
+  /** The version that is to be exported instead of the newest; null where it is that. */
+  #olderVersion() {
+    return $("unit-version-box").hidden || $("unit-version").value === "" ? null : Number($("unit-version").value);
   }
 
   /** Only a calibration file can be signed, and only by a station that has a key. */

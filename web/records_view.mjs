@@ -7,7 +7,7 @@ import { $, element, english, say, show } from "./dom.mjs";
 import { KeyCard } from "./key_card.mjs";
 import { badge } from "./runs_view.mjs";
 import { C, dueText, hintOf, kindText, limitsText, ratingText, standingOf, valueText } from "./records_words.mjs";
-import { unitAddress } from "./unit_words.mjs";
+import { unitAddress } from "./views.mjs";
 
 const GRAVITY = "gravity";
 

@@ -3,7 +3,8 @@
 
 import { get, post } from "./api.mjs";
 import { $, element, english, say, show, tell } from "./dom.mjs";
-import { U, unitAddress } from "./unit_words.mjs";
+import { U } from "./unit_words.mjs";
+import { unitAddress } from "./views.mjs";
 
 const LOOK_AGAIN_MS = 1000;
 const MOST_UNANSWERED = 10;

@@ -5,6 +5,7 @@ import { get } from "./api.mjs";
 import { $, element, say, show } from "./dom.mjs";
 import { timeOfDay, UNKNOWN } from "./format.mjs";
 import { T } from "./text.mjs";
+import { unitAddress } from "./views.mjs";
 import { isActive, now_s } from "./words.mjs";
 
 const MOST_ROWS = 12;
@@ -55,17 +56,21 @@ export class StoredCard {
     const when = (utc_s) => (utc_s === null ? UNKNOWN : timeOfDay(utc_s, now_s(this.#status)));
     const rows = campaigns.map((one) => [one.name, T.states[one.state] ?? T.imported, when(one.begun_utc_s), one.runs, one.units.join(", ")]);
     fill($("stored-campaigns"), rows);
-    fill($("stored-units"), units.map((unit) => [unit.serial, unit.type, unit.runs, when(unit.newest_run_utc_s)]));
+    fill($("stored-units"), units.map((unit) => [Object.assign(element("a", unit.serial), { href: unitAddress(unit.serial) }), unit.type, unit.runs, when(unit.newest_run_utc_s)]));
     say($("stored-nothing"), campaigns.length === 0 && units.every(({ runs }) => runs === 0) ? T.stored.nothing : "");
     this.#form.showSlots(slots);
   }
 }
 
-/** The rows of a table's body; its card is hidden where there are none. */
+/** The rows of a table's body, of texts, numbers and nodes; its card is hidden where there are none. */
 function fill(table, rows) {
   const shown = rows.slice(0, MOST_ROWS).map((cells) => {
     const row = document.createElement("tr");
-    row.append(...cells.map((text) => element("td", String(text))));
+    row.append(...cells.map((content) => {
+      const cell = element("td", "");
+      cell.append(content);
+      return cell;
+    }));
     return row;
   });
   table.tBodies[0].replaceChildren(...shown);

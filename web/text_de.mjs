@@ -35,6 +35,13 @@ function wrongFace(who, { about }, status, turn) {
   return { title: up === expected ? `${who} liegt schief` : `${who} hat ${sign(up)} oben statt ${sign(expected)}`, action };
 }
 
+/** What is to be done at a campaign that has ended and does not go on by itself. */
+function afterAnEnd(ending) {
+  const resume = "„Fortsetzen“ setzt sie fort, sobald die Station sicher ist.";
+  if (ending?.outcome === "interrupted") return `${resume} Wurde soakd beendet, soakd vorher wieder starten.`;
+  return `Beheben, was hier genannt ist.${ending && ending.outcome !== "aborted" ? ` ${resume}` : ""}`;
+}
+
 /** {title, action} of each alarm by its code (docs/http-api.md, `alarms`). */
 const ALARMS = {
   chamber_silent: (alarm, status) => ({ title: "Die Temperaturkammer antwortet nicht", action: atSilentChamber(status) }),
@@ -47,8 +54,7 @@ const ALARMS = {
   unit_face: (alarm, status, who, turn) => wrongFace(who, alarm, status, turn),
   campaign_aborted: () => ({ title: "Die Kampagne wurde abgebrochen: Die Station geht in den sicheren Zustand", action: CLOSED }),
   campaign_ended: (alarm, { resumes_by_itself, ending }) => ({ title: "Die Kampagne ist zu Ende: Die Station geht in den sicheren Zustand",
-    action: `${resumes_by_itself ? "Sie läuft dann von selbst weiter; wer das nicht will, bricht sie ab."
-      : `Beheben, was hier genannt ist.${ending && ending.outcome !== "aborted" ? " „Fortsetzen“ setzt sie fort, sobald die Station sicher ist." : ""}`} ${CLOSED}` }),
+    action: `${resumes_by_itself ? "Sie läuft dann von selbst weiter; wer das nicht will, bricht sie ab." : afterAnEnd(ending)} ${CLOSED}` }),
   campaign_failed: (alarm, { resumable }) => ({ title: "Die Kampagne ist fehlgeschlagen",
     action: resumable ? "Beheben, was hier genannt ist, dann „Fortsetzen“ drücken: Es geht beim Plateau vor der Unterbrechung weiter."
       : "Beheben, was hier genannt ist, dann eine neue Kampagne starten." }),
@@ -228,10 +234,10 @@ export const text = {
     open: "Tür darf geöffnet werden",
     dew: (temp) => `Taupunkt des Raums ${temp} °C`,
     later: (time, span) => ` Ohne Pause darf sie geöffnet werden, wenn die Kampagne beendet ist, ${time} (in ${span}).`,
-    betweenRuns: (time, span) => ` Am Ende dieses Laufs, ${time} (in ${span}), sind die Prüflinge warm: dann „Pause“ drücken, der nächste Lauf beginnt von selbst.`,
-    pauseAt: (temp, time, span) => ` Zum Öffnen bei ${temp} °C „Pause“ drücken, ab ${time} (in ${span}), und auf die grüne Lampe warten.`,
+    betweenRuns: (time, span) => ` Am Ende dieses Laufs, ${time} (in ${span}), sind die Prüflinge warm: dann „Pausieren“ drücken, der nächste Lauf beginnt von selbst.`,
+    pauseAt: (temp, time, span) => ` Zum Öffnen bei ${temp} °C „Pausieren“ drücken, ab ${time} (in ${span}), und auf die grüne Lampe warten.`,
     waitHere: " Auf die grüne Lampe warten: Dieser Sollwert ist ungefährlich.",
-    pausedHere: " Eine Pause hält diese Temperatur: „Fortsetzen“ drücken, und an einem ungefährlichen Plateau wieder „Pause“.",
+    pausedHere: " Eine Pause hält diese Temperatur: „Fortsetzen“ drücken, und an einem ungefährlichen Plateau wieder „Pausieren“.",
     noChamber: (dew) => `Die Temperatur der Kammer ist nicht bekannt; ${dew}.`,
     moves: "Die Vorrichtung bewegt sich",
     cold: (coldest, dry, dew) => `An kalten Prüflingen bildet sich Tau: Das kälteste Teil hat ${coldest} °C, nötig sind ${dry} °C (${dew})`,
@@ -258,6 +264,7 @@ export const text = {
     asks: (prompt) => QUESTIONS[prompt.code]?.(prompt.about) ?? prompt.text,
     unit: (serial, slot, face) => `${serial}, Steckplatz ${slot}: ${face}`,
     isUp: (face) => `${face} liegt oben`,
+    ownAxes: " (in seinen eigenen Achsen)",
   },
   faces: {
     tilted: (tilt, face) => `weicht um mehr als ${tilt}° von ${face} ab, richtig aufsetzen`,

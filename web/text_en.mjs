@@ -194,6 +194,8 @@ export const text = {
     asks: (prompt) => prompt.text,
     unit: (serial, slot, face) => `${serial}, slot ${slot}: ${face}`,
     isUp: (face) => `${face} is up`,
+    /** Behind the line of a unit that is mounted otherwise than the fixture's axes. */
+    ownAxes: " (in its own axes)",
   },
   faces: {
     tilted: (tilt, face) => `rests more than ${tilt}° from ${face}: seat it`,

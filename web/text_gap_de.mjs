@@ -105,7 +105,7 @@ export const text = {
   accept: {
     title: "In das Modell aufnehmen?",
     effects: "Effekte",
-    about: "Ob das richtig war, zeigt nur ein Lauf, den keine Anpassung gesehen hat: einen aufzeichnen, dann vorher und nachher vergleichen. Den Prüfling neu verifizieren und exportieren.",
+    about: "Ob das richtig war, zeigt nur ein Lauf, den keine Anpassung gesehen hat: einen aufzeichnen, dann vorher und nachher vergleichen. Den Prüfling neu verifizieren, freigeben und exportieren.",
     keep: "Das Modell lassen, wie es ist",
     send: "Annehmen",
     carried: "Schon enthalten: vorher im Terminal zurückziehen.",

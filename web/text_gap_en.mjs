@@ -103,7 +103,7 @@ export const text = {
   accept: {
     title: "Accept into the model?",
     effects: "Effects",
-    about: "Whether that was right only a run shows that no fit has seen: record one, then compare before and after. Verify and export the unit again.",
+    about: "Whether that was right only a run shows that no fit has seen: record one, then compare before and after. Verify, release and export the unit again.",
     keep: "Leave the model as it is",
     send: "Accept",
     carried: "Carried already: withdraw it first in a terminal.",

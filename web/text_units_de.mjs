@@ -74,6 +74,7 @@ export const text = {
     notJudged: (type) => `Grenzwerte in die Datei seines Typs schreiben, ${type}.toml, oder über den ganzen Bereich verifizieren: Er ist noch nicht beurteilt.`,
     grave: "Nicht ausliefern, bevor die erste Warnung unten geklärt ist.",
     release: "Freigeben.",
+    releaseGapOpen: "Freigeben. Was die Suche nach Lücken gefunden hat, ist nicht in seinem Modell: vorher annehmen oder so lassen, siehe unten.",
     notReleased: "Er darf nicht freigegeben werden:",
     notGoodAnyMore: "Nicht ausliefern: Er ist freigegeben, erfüllt aber die Freigabebedingungen nicht mehr:",
     retired: "Neu anpassen: Dieses Modell ist zurückgezogen, niemand darf es verwenden.",
@@ -96,6 +97,9 @@ export const text = {
     campaignRuns: (campaign, count, use) => `${campaign} (${plural(count, { one: `${count} Lauf`, other: `${count} Läufe` })}${
       { verification: "", calibration: ", Kalibrierung: geht in die nächste Anpassung ein", fitted: ", Kalibrierung: das Modell wurde daran angepasst" }[use]})`,
     format: "Dateiformat",
+    version: "Modell",
+    newestVersion: (version) => `${version}, das neueste`,
+    releasedVersion: (version) => `${version}, früher freigegeben`,
     sign: "Signieren",
     noKey: "Signieren: Die Station hat noch keinen Schlüssel, unter „Prüfmittel“ entsteht einer",
     signWith: (key) => `Mit Schlüssel ${key} signieren`,

@@ -9,6 +9,7 @@ import { JobPanel } from "./job_panel.mjs";
 import { badge } from "./runs_view.mjs";
 import { sensorCard } from "./unit_curves.mjs";
 import { badgesOf, nextOf, sensorText, sortedWarnings, U, verdictNow, verdictOf, verdictText } from "./unit_words.mjs";
+import { recordedNow } from "./words.mjs";
 
 const PARTS = ["unit-verdict", "unit-next-box", "unit-facts", "unit-work", "unit-warnings-card", "unit-impact", "unit-gap", "unit-curves"];
 
@@ -16,6 +17,7 @@ export class UnitView {
   #asked = null; // serial number that the address names
   #unit = null; // its document
   #older = null; // the document of the model beside the newest one
+  #recorded = null; // what was recorded when the last status came
   #gap;
   #jobs;
 
@@ -24,6 +26,16 @@ export class UnitView {
     this.#gap = new GapCard((kind, members) => this.#jobs.start(kind, members));
     this.#jobs = new JobPanel(userName, () => this.#load(), (busy, job) => this.#gap.wait(busy, job));
     $("unit-older").addEventListener("change", () => this.#compare());
+  }
+
+  /**
+   * A run that has ended may be one to fit or to verify with.
+   * @param {import("./documents.mjs").Status} status
+   */
+  take(status) {
+    const before = this.#recorded;
+    this.#recorded = recordedNow(status);
+    if (before !== null && before !== this.#recorded && !$("unit-view").hidden) this.#load();
   }
 
   async open(parameters) {

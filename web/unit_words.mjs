@@ -7,9 +7,6 @@ import { textsOf } from "./text.mjs";
 /** @type {typeof import("./text_units_en.mjs").text} */
 export const U = await textsOf("units");
 
-/** Where a unit's page is. */
-export const unitAddress = (serial) => `#${new URLSearchParams({ unit: serial })}`;
-
 /** States of a badge. */
 const VERDICTS = { pass: "finished", marginal: "waiting", fail: "failed", not_measured: "waiting" };
 
@@ -76,7 +73,8 @@ function isGapOpen({ model, gap: { find } }) {
 function nextOfPassed(unit) {
   const { model, release: { obstacles }, exported } = unit;
   if (model.state !== "released") {
-    return obstacles.length === 0 ? { kind: "release", text: U.next.release } : { kind: null, text: U.next.notReleased, why: obstacles };
+    if (obstacles.length > 0) return { kind: null, text: U.next.notReleased, why: obstacles };
+    return { kind: "release", text: isGapOpen(unit) ? U.next.releaseGapOpen : U.next.release };
   }
   if (obstacles.length > 0) return { kind: null, text: U.next.notGoodAnyMore, why: obstacles };
   if (exported === null || exported.result.unreleased) return { kind: "export", text: U.next.export };

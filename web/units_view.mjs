@@ -6,11 +6,14 @@ import { $, element, say, show } from "./dom.mjs";
 import { timeOfDay, UNKNOWN } from "./format.mjs";
 import { ReleaseAll } from "./release_all.mjs";
 import { badge } from "./runs_view.mjs";
-import { U, unitAddress, verdictOf } from "./unit_words.mjs";
+import { U, verdictOf } from "./unit_words.mjs";
+import { unitAddress } from "./views.mjs";
+import { recordedNow } from "./words.mjs";
 
 export class UnitsView {
   #units = [];
   #releaseAll;
+  #recorded = null; // what was recorded when the last status came
 
   /** `userName()`: who releases models. */
   constructor(userName) {
@@ -20,6 +23,16 @@ export class UnitsView {
 
   async open() {
     await this.#load();
+  }
+
+  /**
+   * A run that has ended counts among a unit's.
+   * @param {import("./documents.mjs").Status} status
+   */
+  take(status) {
+    const before = this.#recorded;
+    this.#recorded = recordedNow(status);
+    if (before !== null && before !== this.#recorded && !$("units-view").hidden) this.#load();
   }
 
   async #load() {

@@ -3,6 +3,9 @@
 
 import { $, show } from "./dom.mjs";
 
+/** Where a unit's page is. */
+export const unitAddress = (serial) => `#${new URLSearchParams({ unit: serial })}`;
+
 /** "#run=ID&unit=SN" → {name: "run", parameters}; what is not known is the station. */
 function placeOf(hash, views) {
   const parameters = new URLSearchParams(hash.replace(/^#/, ""));

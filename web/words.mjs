@@ -26,6 +26,12 @@ export const isActive = (status) => ACTIVE.includes(status.state);
  */
 export const isOver = ({ state, campaign, resumable }) => ["finished", "aborted"].includes(state) && campaign !== null && resumable === null;
 
+/**
+ * What is other once a run has ended, and the same whether or not somebody is asked for something meanwhile.
+ * @param {import("./documents.mjs").Status} status
+ */
+export const recordedNow = (status) => `${isActive(status)} ${status.campaign?.name} ${status.campaign?.run}`;
+
 /** Whether the campaign waits by itself for something that is not asked of a person. */
 const waitsByItself = (status) => status.state === "waiting" && (status.suspension !== null || !status.prompt);
 

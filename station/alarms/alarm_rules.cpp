@@ -216,6 +216,10 @@ void add_stopping(const Seen& seen, const std::string& campaign, std::vector<Ala
   const bool can_go_on = ending.is_object() && ending.at("outcome") != "aborted";
   std::string_view action = "Do what is named here, if anything is.";
   if (can_go_on) action = "Do what is named here, if anything is. Resume continues it once the station is safe.";
+  // By a soakd that somebody stops, or by the one after it.
+  if (ending.is_object() && ending.at("outcome") == "interrupted") {
+    action = "Resume continues it once the station is safe. Where soakd was stopped, start it again first.";
+  }
   if (seen.at("/resumes_by_itself") == true) action = "It then goes on by itself: abort it to stop that.";
   alarms.push_back({"campaign_ended", campaign, kAlarm, "The campaign has ended: the station is being made safe",
                     fmt::format("{} {}", action, kDoorStaysClosed), reason});

@@ -72,6 +72,10 @@ base::Result<ReleaseCase> release_one(db::Catalog& catalog, const db::ModelHead&
     release = judge_release(catalog, *now_head, now);
     if (!release) return base::forward_error(release);
     if (!release->obstacles.empty() || now_head->state == "released") return {};
+    if (interrupted()) {
+      return base::fail(base::ErrorKind::internal, "interrupted: not released; what was released before it stays so",
+                        head.unit);
+    }
     release->head.state = "released";
     return catalog.set_model_state({head.unit, head.version, "released", release_reason(*release), user, now});
   });

@@ -10,6 +10,7 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <system_error>
 #include <utility>
 
 #include "base/text.h"
@@ -418,6 +419,11 @@ base::Result<StationConfig> find_station_config(const std::filesystem::path& fil
     const auto folder = data_folder(data_option);
     if (!folder) return base::forward_error(folder);
     found = *folder / "station.toml";
+  }
+  std::error_code failure;
+  const bool is_there = std::filesystem::exists(found, failure);
+  if (!is_there && !failure) {
+    return base::bad_input("there is no such file; 'soakd --write-config' prints one to begin with", found.string());
   }
   auto config = read_station_config(found);
   if (!config) return base::forward_error(config);

@@ -198,7 +198,9 @@ base::Result<JudgedReferences> judge_references(const db::Catalog& catalog, cons
   const auto waivers = catalog.waivers();
   if (!waivers) return base::forward_error(waivers);
   JudgedReferences judged;
-  if (entries->empty()) judged.notes.emplace_back("the register of references is empty ('soak reference add')");
+  if (entries->empty())
+    judged.notes.emplace_back(
+        "the register of references is empty: enter certificates in Records on the page, or with 'soak reference add'");
   std::vector<calib::Reference> expired;
   for (const db::ReferenceRow& row : active_references(*entries, time.begin_utc_s)) {
     auto use = use_with_waiver(row.reference, *waivers, time);

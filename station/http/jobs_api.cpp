@@ -235,8 +235,18 @@ Result<std::vector<std::string>> effects_member(const json& body) {
   return effects;
 }
 
+/// A version of a model; none where the member is absent.
+Result<std::optional<std::int32_t>> version_member(const json& body) {
+  const auto found = body.find("model");
+  if (found == body.end()) return std::nullopt;
+  const bool is_one = found->is_number_integer() && *found >= 1 && *found <= std::numeric_limits<std::int32_t>::max();
+  if (!is_one) return base::bad_input("the member is no version of a model: they count from 1", "model");
+  return found->get<std::int32_t>();
+}
+
 Result<json> do_start(JobRunner& jobs, const json& body) {
-  const auto known = only_members(body, {"kind", "unit", "campaign", "format", "simulated", "sign", "effects", "user"});
+  const auto known =
+      only_members(body, {"kind", "unit", "campaign", "format", "model", "simulated", "sign", "effects", "user"});
   if (!known) return base::forward_error(known);
   const auto user = line_member(body, "user", "unknown");
   if (!user) return base::forward_error(user);
@@ -254,7 +264,9 @@ Result<json> do_start(JobRunner& jobs, const json& body) {
   if (!sign.is_boolean()) return base::bad_input("the member is neither true nor false", "sign");
   const auto effects = effects_member(body);
   if (!effects) return base::forward_error(effects);
-  return jobs.start({*kind, *unit, *campaign, *format, simulated, *user, *effects, sign});
+  const auto model = version_member(body);
+  if (!model) return base::forward_error(model);
+  return jobs.start({*kind, *unit, *campaign, *format, simulated, *user, *effects, sign, *model});
 }
 
 Result<json> do_cancel(JobRunner& jobs, const json& body) {

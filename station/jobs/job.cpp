@@ -52,13 +52,34 @@ base::Result<std::filesystem::path> calibration_file(const db::Catalog& catalog,
   return file;
 }
 
-/// Whether the file of a unit's newest model is one that is not released yet, and is marked. `soak export` refuses that
-/// of a withdrawn one; kalibr's is of runs, not of a model.
-base::Result<bool> is_marked(const db::Catalog& catalog, const JobRequest& request) {
-  if (request.format == "kalibr") return false;
+/// The model that an export is asked of; none where the unit has none, or not that version.
+base::Result<std::optional<db::ModelHead>> exported_model(const db::Catalog& catalog, const JobRequest& request) {
   const auto heads = catalog.models(request.unit);
   if (!heads) return base::forward_error(heads);
-  return !heads->empty() && (heads->back().state == "fitted" || heads->back().state == "verified");
+  if (heads->empty()) return std::nullopt;
+  if (!request.model) return heads->back();
+  const auto found = std::ranges::find(*heads, *request.model, &db::ModelHead::version);
+  return found == heads->end() ? std::nullopt : std::optional(*found);
+}
+
+/// Whether the file of a model is one that is not released yet, and is marked. `soak export` refuses that of a
+/// withdrawn one; kalibr's is of runs, not of a model.
+base::Result<bool> is_marked(const db::Catalog& catalog, const JobRequest& request) {
+  if (request.format == "kalibr") return false;
+  const auto model = exported_model(catalog, request);
+  if (!model) return base::forward_error(model);
+  return *model && ((*model)->state == "fitted" || (*model)->state == "verified");
+}
+
+base::Status check_version(const db::Catalog& catalog, const JobRequest& request) {
+  if (!request.model) return {};
+  if (request.kind != "export" || request.format == "kalibr") {
+    return base::bad_input("only an export that is of a model takes a version", "model");
+  }
+  const auto model = exported_model(catalog, request);
+  if (!model) return base::forward_error(model);
+  if (*model) return {};
+  return base::bad_input(fmt::format("unit {} has no model {}", request.unit, *request.model), "model");
 }
 
 /// Takes over the members that there are.
@@ -99,7 +120,7 @@ base::Status check_job(const db::Catalog& catalog, const JobRequest& request) {
   if (request.kind == "gap_accept" && request.effects.empty()) {
     return base::bad_input("the names of the effects to be accepted are missing", "effects");
   }
-  return {};
+  return check_version(catalog, request);
 }
 
 base::Result<JobCommand> job_command(const db::Catalog& catalog, const JobRequest& request,
@@ -131,6 +152,7 @@ base::Result<JobCommand> job_command(const db::Catalog& catalog, const JobReques
   if (!marked) return base::forward_error(marked);
   const std::string name = stem + (*marked ? ".unreleased" : "") + std::string(ending_of(request.format));
   JobCommand command{{"export", unit, "--format=" + request.format, output(name)}, name};
+  if (request.model) command.arguments.push_back(fmt::format("--model={}", *request.model));
   if (*marked) command.arguments.emplace_back("--unreleased");
   if (request.simulated) command.arguments.emplace_back("--simulated");
   if (request.sign) command.arguments.push_back("--sign=" + station_key_file(catalog.data_folder()).string());

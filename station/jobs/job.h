@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -25,8 +27,9 @@ struct JobRequest {
   std::string format;      ///< export: one of export_formats()
   bool simulated = false;  ///< export: also of a model that was made from simulated data
   std::string user;
-  std::vector<std::string> effects = {};  ///< gap_accept: names of those to be taken, one at least
-  bool sign = false;                      ///< export as blob: with the station's key
+  std::vector<std::string> effects = {};             ///< gap_accept: names of those to be taken, one at least
+  bool sign = false;                                 ///< export as blob: with the station's key
+  std::optional<std::int32_t> model = std::nullopt;  ///< export: version of the model; absent = the newest
 };
 
 /// A command line of `soak` that does it.
@@ -36,7 +39,8 @@ struct JobCommand {
 };
 
 /// Refuses (bad_input, where == the member) a request that is not one: another kind or format, a unit that the catalog
-/// does not have, a campaign or effects that are missing, a signature without a key or on what takes none.
+/// does not have, a campaign or effects that are missing, a signature without a key or on what takes none, a version
+/// that there is not or of what is of no model.
 [[nodiscard]] base::Status check_job(const db::Catalog& catalog, const JobRequest& request);
 
 /// The command for a request that check_job() lets pass, in an empty folder; a verification's calibration file, made

@@ -206,8 +206,14 @@ class Engine : public StationService {
 
   /// Whether the present step is on the way back into a run, and not the last one of it.
   [[nodiscard]] bool is_on_way_back() const { return way_at_ + 1 < way_back_.size(); }
-  /// Expected time of all that follows the present step.
-  [[nodiscard]] double estimate_after_step_s() const;
+  /// Process time to the end of the campaign, by the plan's estimates. Of one that is paused, suspended, or has a
+  /// chamber that does not answer: what remains if it goes on now. Of one that is over: from the step where it ended.
+  [[nodiscard]] double remaining_s() const;
+  /// The same from a step on: from its place on the way back while it is there, else from its number in the plan.
+  [[nodiscard]] double left_from_s(std::size_t at) const;
+  /// Where a campaign goes on that is held in mid-step, as repeat_step() and repeat_visit() go there; counted as
+  /// left_from_s().
+  [[nodiscard]] std::size_t begins_again_at() const;
   void enter_step(std::size_t step);
   void step_failed(const StepProgress& progress);
   /// A step has come to its end that had never come so far in this campaign.

@@ -57,7 +57,7 @@ base::Result<nlohmann::json> Engine::check_for_queue(const StartRequest& request
     if (!able) return base::forward_error(able);
   }
   const bool runs = is_under_way(state_);
-  const double before_s = queue_.estimate_s() + (runs ? estimate_after_step_s() : 0.0);
+  const double before_s = queue_.estimate_s() + (runs ? remaining_s() : 0.0);
   const auto judged =
       check_references(catalog_, *checked, 0, now_utc_s() + before_s / config_.clock_rate, config_.clock_rate);
   if (!judged) return base::forward_error(judged);

@@ -139,7 +139,7 @@ base::Result<json> Engine::reviewed_document(const StartRequest& request) const 
       if (!fits && waits) notes.push_back(fits.error().message);
       if (!fits && !waits) mistakes.add(fits.error());
     }
-    const double before_s = queue_.estimate_s() + (is_under_way(state_) ? estimate_after_step_s() : 0.0);
+    const double before_s = queue_.estimate_s() + (is_under_way(state_) ? remaining_s() : 0.0);
     const auto judged =
         check_references(catalog_, checked, 0, now_utc_s() + before_s / config_.clock_rate, config_.clock_rate);
     if (!judged && judged.error().kind != base::ErrorKind::bad_input) return base::forward_error(judged);

@@ -185,10 +185,7 @@ json Engine::campaign_document() const {
   const bool ended = step_ >= plan.steps.size();
   const std::size_t index = std::min(step_, plan.steps.size() - 1);
   const Step& step = plan.steps[index];
-  // A campaign that is paused, suspended or over comes no nearer to the end of its step: it does it again, if at all.
-  const bool goes_on = state_ == CampaignState::running;
-  const double in_step_s = goes_on ? std::max(0.0, station_->now_s() - step_started_s_) : 0.0;
-  const double remaining_s = ended ? 0.0 : estimate_after_step_s() + std::max(0.0, step.estimate_s - in_step_s);
+  const double left_s = remaining_s();
   const double total_s = plan.estimate_s();
   return {{"name", station_->campaign.name},
           {"procedure", plan.procedure.name},
@@ -202,8 +199,8 @@ json Engine::campaign_document() const {
           {"step_text", ended ? "all steps are done" : describe(plan, index)},
           {"step_trouble", null_if_empty(step_trouble())},
           {"on_way_back", is_on_way_back()},
-          {"progress", total_s > 0.0 ? std::clamp(1.0 - remaining_s / total_s, 0.0, 1.0) : 1.0},
-          {"remaining_s", remaining_s},
+          {"progress", total_s > 0.0 ? std::clamp(1.0 - left_s / total_s, 0.0, 1.0) : 1.0},
+          {"remaining_s", left_s},
           {"started_utc_s", campaign_started_utc_s_}};
 }
 

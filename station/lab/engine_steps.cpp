@@ -184,12 +184,48 @@ void Engine::finish() {
   set_state(CampaignState::finished, missing.empty() ? "" : fmt::format("without {}", fmt::join(missing, ", ")));
 }
 
-double Engine::estimate_after_step_s() const {
+double Engine::left_from_s(std::size_t at) const {
   const Plan& plan = station_->campaign.plan;
-  if (!is_on_way_back()) return plan.remaining_s(step_ + 1);
+  if (!is_on_way_back()) return plan.remaining_s(at);
   double seconds = plan.remaining_s(way_back_.back() + 1);
-  for (std::size_t i = way_at_ + 1; i < way_back_.size(); ++i) seconds += plan.steps[way_back_[i]].estimate_s;
+  for (std::size_t i = at; i < way_back_.size(); ++i) seconds += plan.steps[way_back_[i]].estimate_s;
   return seconds;
+}
+
+double Engine::remaining_s() const {
+  const Plan& plan = station_->campaign.plan;
+  if (step_ >= plan.steps.size()) return 0.0;
+  const Step& step = plan.steps[step_];
+  const std::size_t here = is_on_way_back() ? way_at_ : step_;
+  const bool is_held = state_ == CampaignState::paused || state_ == CampaignState::suspended ||
+                       (state_ == CampaignState::running && chamber_is_silent_);
+  if (is_held && !ended_ && needs_judgement(step.kind)) return left_from_s(begins_again_at());
+  const bool goes_on = is_held || state_ == CampaignState::running;
+  const double in_step_s = goes_on ? std::max(0.0, station_->now_s() - step_started_s_) : 0.0;
+  return left_from_s(here + 1) + std::max(0.0, step.estimate_s - in_step_s);
+}
+
+std::size_t Engine::begins_again_at() const {
+  const Plan& plan = station_->campaign.plan;
+  if (is_on_way_back()) {
+    std::size_t at = way_at_;
+    while (at > 0 && needs_judgement(plan.steps[way_back_[at - 1]].kind)) --at;
+    return at;
+  }
+  const Step& here = plan.steps[step_];
+  const auto same_visit = [&](std::size_t other) {
+    return plan.steps[other].run == here.run && plan.steps[other].visit == here.visit;
+  };
+  std::size_t at = step_;
+  if (visit_is_void_ && here.visit >= 0) {
+    while (at > 0 && same_visit(at - 1)) --at;
+    return at;
+  }
+  while (at > 0 && plan.steps[at].kind != StepKind::move && same_visit(at - 1) &&
+         needs_judgement(plan.steps[at - 1].kind)) {
+    --at;
+  }
+  return at;
 }
 
 void Engine::repeat_step(const std::string& why) {
@@ -201,21 +237,14 @@ void Engine::repeat_step(const std::string& why) {
     return;
   }
   if (!needs_judgement(plan.steps[step_].kind)) return;
+  const std::size_t at = begins_again_at();
   if (is_on_way_back()) {
-    while (way_at_ > 0 && needs_judgement(plan.steps[way_back_[way_at_ - 1]].kind)) --way_at_;
-    enter_step(way_back_[way_at_]);
+    way_at_ = at;
+    enter_step(way_back_[at]);
     return;
   }
-  std::size_t step = step_;
-  const auto same_visit = [&](std::size_t other) {
-    return plan.steps[other].run == plan.steps[step].run && plan.steps[other].visit == plan.steps[step].visit;
-  };
-  while (step > 0 && plan.steps[step].kind != StepKind::move && same_visit(step - 1) &&
-         needs_judgement(plan.steps[step - 1].kind)) {
-    --step;
-  }
   settle_fully_ = plan.steps[step_].visit >= 0;
-  enter_step(step);
+  enter_step(at);
 }
 
 /// Whether a step that was suspended is to begin again though nothing was judged for it: its question, or the time that

@@ -157,6 +157,17 @@ base::Status add_model(const db::Catalog& catalog, const db::ModelRow& model, js
   return {};
 }
 
+/// Versions before the newest one that are released, the newest of them first.
+base::Result<json> released_before(const db::Catalog& catalog, const std::string& serial) {
+  const auto heads = catalog.models(serial);
+  if (!heads) return base::forward_error(heads);
+  json versions = json::array();
+  for (auto head = heads->rbegin(); head != heads->rend(); ++head) {
+    if (head != heads->rbegin() && head->state == "released") versions.push_back(head->version);
+  }
+  return versions;
+}
+
 base::Result<db::UnitRow> known_unit(const db::Catalog& catalog, const std::string& serial) {
   auto unit = catalog.unit(serial);
   if (!unit) return base::forward_error(unit);
@@ -221,6 +232,9 @@ base::Result<json> unit_overview(const db::Catalog& catalog, const std::string& 
                    {"verify_with", json::array()},
                    {"fitted_to", json::array()}};
   overview.update(run_counts(*runs, *unit));
+  auto released = released_before(catalog, serial);
+  if (!released) return released;
+  overview["released_before"] = *std::move(released);
   if (*model) {
     if (auto added = add_model(catalog, **model, overview); !added) return base::forward_error(added);
   }

@@ -5,6 +5,8 @@ import contextlib
 import hashlib
 import json
 import os
+import pathlib
+import signal
 import subprocess
 import time
 import unittest
@@ -165,6 +167,22 @@ class Rule(ReleaseTest):
         self.assertEqual((last["state"], last["user"]), ("released", "eva"))
         kinds = [event["kind"] for event in self.soak_json("events-list", "events", "list", "--user", "eva")["events"]]
         self.assertEqual(kinds, ["model_released"])
+
+    def test_one_that_is_interrupted_releases_nothing_afterwards(self):
+        self.verify()
+        with contextlib.closing(open_catalog(self.data / "station.db")) as catalog:
+            catalog.isolation_level = None
+            catalog.execute("BEGIN IMMEDIATE")  # it waits here, where it would enter the release
+            process = subprocess.Popen(self.command("release", "--all", "--json"), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+            caught = 1 << signal.SIGTERM - 1
+            while not int(pathlib.Path(f"/proc/{process.pid}/status").read_text().split("SigCgt:")[1].split()[0], 16) & caught:
+                self.assertIsNone(process.poll(), "it ended before it could be interrupted")
+            process.terminate()
+            catalog.execute("ROLLBACK")
+        out, err = process.communicate(timeout=60)
+        self.assertEqual((process.returncode, out), (1, ""))
+        self.assertIn("interrupted", json.loads(err)["error"]["message"])
+        self.assertEqual(self.shown()["state"], "verified")
 
     def test_without_limits_nothing_is_released(self):
         self.verify("[limits]\ngyro = 0.2\n")

@@ -2,11 +2,12 @@
 """What cannot go well is refused before anything moves: a clear message, the right exit status, nothing half done."""
 import pathlib
 import shutil
+import subprocess
 import unittest
 
 import bench
 from bench import AUTO, OFF, LabTest, short_procedure
-from lab_session import ROOT, ProgramFailed, end
+from lab_session import ROOT, ProgramFailed, bin_folder, end
 
 
 class BadStart(LabTest):
@@ -150,6 +151,12 @@ class BadStart(LabTest):
         message = refusal(text.replace(str(pathlib.Path(ROOT) / "procedures"), str(maps)))
         self.assertIn(f"{broken}:{line}", message)
         self.assertIn("'quantity.air_c.type'", message)
+
+    def test_a_station_without_a_configuration_is_told_how_to_get_one(self):
+        done = subprocess.run([bin_folder() + "/soakd", "--data", self.folder], capture_output=True, text=True, timeout=60)
+        self.assertEqual((done.returncode, done.stdout), (2, ""))
+        self.assertIn(str(self.folder / "station.toml"), done.stderr)
+        self.assertIn("'soakd --write-config'", done.stderr)
 
 
 if __name__ == "__main__":

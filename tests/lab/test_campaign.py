@@ -124,6 +124,35 @@ class Campaign(LabTest):
         self.assertEqual(self.modbus("relay").read_holding_registers(16, 1, 1).registers, [1])
         self.assertTrue(self.status()["units"][0]["powered"])
 
+    def hold(self, held):
+        """Time goes on, and the campaign's step and what is left of it stay as `held` has them."""
+        self.wait("time goes on", lambda s: s["clock"]["process_s"] > held["clock"]["process_s"] + 200)
+        later = self.status()
+        for figure in ("step", "remaining_s", "progress"):
+            self.assertEqual(later["campaign"][figure], held["campaign"][figure], "nothing comes nearer while it is held")
+
+    def come_nearer(self, held):
+        """What was left while the campaign was held is all that there is to do: it never grows afterwards."""
+        left_s = []
+
+        def is_beyond(status):
+            left_s.append(status["campaign"]["remaining_s"])
+            return status["campaign"]["step"] > held["campaign"]["step"]
+
+        self.wait("the step after", is_beyond)
+        self.assertLessEqual(max(left_s), held["campaign"]["remaining_s"])
+
+    def test_a_silent_chamber_stops_the_countdown(self):
+        self.start_lab(cut=["chamber"])
+        self.start_campaign(short_procedure())
+        self.wait_for_step("record")
+        self.proxies["chamber"].cut()
+        silent = self.wait("the chamber is missed", lambda s: s["state"] == "waiting" and not s["chamber"]["connected"])
+        self.hold(silent)
+        self.proxies["chamber"].mend()
+        self.come_nearer(silent)
+        self.assertEqual(self.wait_for_end()["state"], "finished")
+
     def test_pause_holds_the_chamber_and_resume_goes_on(self):
         self.start_lab()
         self.start_campaign(short_procedure())
@@ -131,15 +160,11 @@ class Campaign(LabTest):
         self.check_schema(self.lab.soak_json("campaign", "pause"), "campaign-state")
         paused = self.status()
         self.assertEqual(paused["state"], "paused")
-        step = paused["campaign"]["step"]
-        self.wait("time goes on", lambda s: s["clock"]["process_s"] > paused["clock"]["process_s"] + 200)
-        later = self.status()
-        self.assertEqual(later["campaign"]["step"], step)
-        for figure in ("remaining_s", "progress"):
-            self.assertEqual(later["campaign"][figure], paused["campaign"][figure], "nothing comes nearer while it is paused")
+        self.hold(paused)
         mode, _, set_point_c, _ = self.chamber()
         self.assertEqual((mode, set_point_c), (AUTO, paused["chamber"]["set_point_c"]))
         self.lab.soak("campaign", "resume")
+        self.come_nearer(paused)
         self.assertEqual(self.wait_for_end()["state"], "finished")
         # The recording that was broken is withdrawn, not used and not lost.
         self.assertEqual(self.query("SELECT count(*) FROM segment")[0][0] - self.query("SELECT count(*) FROM void")[0][0], 4)

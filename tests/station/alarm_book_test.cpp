@@ -247,6 +247,14 @@ TEST_F(AlarmRules, AFullDiskCallsThoughItIsAWarning) {
   EXPECT_TRUE(calls());
 }
 
+TEST_F(AlarmRules, AtAStoppedSoakdNothingIsToBeMendedButItIsToBeStartedAgain) {
+  status["state"] = "stopping";
+  status["ending"] = {{"outcome", "interrupted"}, {"needs_somebody", false}};
+  const std::string action = alarms_of(status).at(0).at("action");
+  EXPECT_NE(action.find("start it again"), std::string::npos) << action;
+  EXPECT_EQ(action.find("what is named here"), std::string::npos) << action;
+}
+
 TEST_F(AlarmRules, AnAbortThatSomebodyAskedForCallsNobody) {
   status["state"] = "stopping";
   status["ending"] = {{"outcome", "aborted"}, {"needs_somebody", false}};

@@ -98,6 +98,8 @@ class HandOver(BrowserTest):
         self.see("#unit-badges", "released")
 
     def test_no_two_buttons_of_a_unit_lie_over_each_other_in_german(self):
+        self.job(kind="release", unit=SERIAL)
+        self.soakd.soak("fit", "--unit", SERIAL, "--rules", "3")  # a choice of models comes to the others
         self.browser.go(self.soakd.url)
         self.browser.run("localStorage.setItem('soak-language', 'de')")
         self.addCleanup(self.browser.run, "localStorage.removeItem('soak-language')")
@@ -105,6 +107,7 @@ class HandOver(BrowserTest):
             self.browser.resize(width, 900)
             self.open_unit(SERIAL)
             self.see("#unit-release", "Freigeben")
+            self.see("#unit-version", "1, früher freigegeben")
             over = self.browser.run("""
                 const boxes = [...document.querySelectorAll("#unit-work button, #unit-work select")].map((e) => [e.id, e.getBoundingClientRect()]).filter(([, b]) => b.width > 0);
                 const overlap = (a, b) => a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom;
@@ -126,6 +129,29 @@ class HandOver(BrowserTest):
         self.assertIn("primary", self.browser.run("return document.querySelector('#unit-fit').className"))
         self.see("#unit-facts", "withdrawn")
         self.assertTrue(self.browser.run("return document.querySelector('#unit-export').disabled"))
+
+    def test_a_released_model_before_the_newest_is_exported_where_it_is_chosen(self):
+        self.job(kind="release", unit=SERIAL)
+        self.open_unit(SERIAL)
+        self.see("#unit-badges", "released")
+        self.assertTrue(self.browser.run("return document.querySelector('#unit-version-box').hidden"))
+        self.soakd.soak("fit", "--unit", SERIAL, "--rules", "3")
+        self.assertEqual(self.soakd.get("unit", unit=SERIAL)["released_before"], [1])
+        self.open_unit(SERIAL)
+        self.see("#unit-badges", "fitted")
+        self.browser.run("""document.querySelector('#unit-simulated').checked = true;
+            const choice = document.querySelector('#unit-version'); choice.value = '1'; choice.dispatchEvent(new Event('change'));""")
+        self.browser.click("#unit-export")
+        self.see("#unit-jobs li", "Made from model 1; the newest is 2.")
+        self.assertEqual(self.browser.text("#unit-jobs li a"), f"Download {SERIAL}.soakcal")
+        self.browser.run("const choice = document.querySelector('#unit-version'); choice.value = ''; choice.dispatchEvent(new Event('change'));")
+        self.browser.click("#unit-export")
+        self.see("#unit-jobs li", f"{SERIAL}.unreleased.soakcal")
+        made = [job["result"] for job in self.soakd.get("jobs")["jobs"] if job["kind"] == "export"]
+        self.assertEqual([(result["model"], result["unreleased"]) for result in made], [(2, True), (1, False)])
+        for wrong in ({"kind": "export", "format": "blob", "model": 3}, {"kind": "export", "format": "kalibr", "model": 1}, {"kind": "fit", "model": 1}):
+            self.assertEqual(self.soakd.refusal("jobs", unit=SERIAL, **wrong), (400, "model"), wrong)
+        self.assertEqual(self.browser.console(), [])
 
     def test_a_released_model_that_breaks_the_rule_now_is_not_to_be_handed_over(self):
         self.job(kind="release", unit=SERIAL)

@@ -121,6 +121,12 @@ class Sources(unittest.TestCase):
             with self.subTest(module=module.name):
                 self.assertEqual(sentences_in(module.read_text(encoding="utf-8")), [])
 
+    def test_a_button_that_is_to_be_pressed_has_that_name(self):
+        german = (WEB / "text_de.mjs").read_text(encoding="utf-8")
+        named = set(re.findall("„([^“]+)“ drücken", german))
+        self.assertIn("Fortsetzen", named)
+        self.assertEqual([name for name in named if f'"{name}"' not in german], [])
+
     def test_a_sentence_in_a_module_is_found(self):
         for code in ('say(node, "Sending…");', "say(node, `Mail to ${name}`);", 'throw new Error("The station does not answer");', "const text = `last sent at ${time}: look there `;"):
             with self.subTest(code=code):
@@ -326,7 +332,7 @@ class German(LanguageTest):
             self.assert_german(state)
         self.station.set("/state", "running")
         self.station.set("/chamber/air_c", -20.0)
-        self.see("#door-text", "Zum Öffnen bei 40 °C „Pause“ drücken")
+        self.see("#door-text", "Zum Öffnen bei 40 °C „Pausieren“ drücken")
         self.assert_german("cold")
         self.browser.click("#abort")
         self.see("#abort-dialog", "Was von Lauf 2 von 2 aufgezeichnet ist, wird ungültig")

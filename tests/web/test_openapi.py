@@ -244,7 +244,7 @@ class OpenApi(unittest.TestCase):
     def test_bodies_that_it_does_not_allow_are_refused_by_the_name_of_the_member(self):
         run = self.example_values()["run"]
         values = {"campaign": "verification", "procedure_text": "x = 1", "procedure_file": "a.toml", "units": {}, "prompt": 1, "reason": "test", "run": run, "unit": SERIAL,
-                  "visit": 0, "position": "+X", "attempt": 0, "kind": "export", "format": "blob", "simulated": True, "id": 10 ** 6, "user": "Eva", "type": "generic", "record_id": run, "name": "level 1", "certificate": "L-7", "issued": "2026-01-01",
+                  "visit": 0, "position": "+X", "attempt": 0, "kind": "export", "format": "blob", "model": 1, "simulated": True, "id": 10 ** 6, "user": "Eva", "type": "generic", "record_id": run, "name": "level 1", "certificate": "L-7", "issued": "2026-01-01",
                   "due": "2099-01-01", "uncertainty": 0.01, "k": 2, "correction": 0.0, "effects": [], "sign": False, "comment": "Laboratory 1"}
         for (method, path), operation in OPERATIONS.items():
             if method != "POST":

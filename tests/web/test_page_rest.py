@@ -23,6 +23,8 @@ class AtRest(StationTest):
         self.see("#stored-campaigns", "finished")
         self.see("#stored-units", "mti-300")
         self.see("#stored-units", "<b>x</b>")
+        self.assertEqual(self.browser.run("return [...document.querySelectorAll('#stored-units tbody a')].map((link) => [link.textContent, new URLSearchParams(link.hash.slice(1)).get('unit')])"),
+                         [[unit["serial"]] * 2 for unit in STORED["units"]])
         self.assertEqual(self.browser.console(), [])
         self.station.tell("status " + json.dumps({**self.status(), "state": "running"}))
         self.hidden("#idle")

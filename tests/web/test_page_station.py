@@ -388,6 +388,11 @@ class Turning(StationTest):
         self.ask("+Y", "+X", False)
         self.open()
         self.see("#prompt-faces", "SN0042, slot A: +Y is up now, turn it a quarter turn to +X")
+        self.assertNotIn("its own axes", self.text("#prompt-faces"))
+        self.station.set("/units/0/attitude", attitude("+Y", "-Y", False))  # mounted otherwise than the fixture, whose +X is asked for
+        self.see("#prompt-faces", "half a turn to −Y (in its own axes)")
+        self.station.set("/units/0/attitude", attitude("+Y", "+X", False))
+        self.see("#prompt-faces", "quarter turn to +X")
         self.browser.wait("return document.querySelectorAll('#prompt-pose svg').length === 2")
         label = "return document.querySelector('#prompt-pose').ariaLabel"
         self.assertEqual(self.browser.run(label), "+Y is up now, +X shall be up")

@@ -465,9 +465,9 @@ class Page(BrowserTest, WithStation):
         unit = {"unit": "SN1", "type": "mti-300", "epoch": 1, "to_fit": 1, "warnings": [], "verify_with": [],
                 "verification": {"stale": None, "job": {"result": {"verdict": "pass"}}, "warnings": []},
                 "release": {"obstacles": [], "expires": None}, "exported": {"result": {"unreleased": False}}}
-        def said(verdict, effects=(), terms=(), stale=None):
+        def said(verdict, effects=(), terms=(), stale=None, state="released"):
             find = verdict and {"stale": stale, "job": {"result": {"verdict": verdict, "effects": [{"name": name} for name in effects]}}}
-            model = {"version": 2, "epoch": 1, "state": "released", "terms": [{"name": name} for name in terms]}
+            model = {"version": 2, "epoch": 1, "state": state, "terms": [{"name": name} for name in terms]}
             return self.browser.run("const [unit] = arguments; return import('/unit_words.mjs').then((words) => words.nextOf(unit))",
                                     {**unit, "model": model, "gap": {"find": find, "show": None}})["text"]
         for left in (said(None), said("none"), said("named", ("sensor_lag",), ("sensor_lag",)), said("unknown", stale="runs were added since")):
@@ -475,6 +475,8 @@ class Page(BrowserTest, WithStation):
         for left in (said("named", ("sensor_lag",)), said("named", ("sensor_lag", "cross_axis"), ("sensor_lag",)), said("unknown"),
                      said("named", ("sensor_lag",), stale="the unit was fitted again since")):
             self.assertIn("see Gap below", left)
+        self.assertEqual(said("named", ("sensor_lag",), ("sensor_lag",), state="verified"), "Release it.")
+        self.assertIn("accept it before", said("named", ("sensor_lag",), state="verified"))
 
     def test_an_older_version_lies_beside_the_newest_on_the_same_axes(self):
         self.soakd.soak("fit", "--unit", OTHER)
