@@ -63,7 +63,7 @@ export const text = {
     notJudged: (type) => `Write limits into the file of its type, ${type}.toml, or verify it over the whole range: it is not judged yet.`,
     grave: "Do not hand it over before the first warning below is settled.",
     release: "Release it.",
-    releaseGapOpen: "Release it. What the gap search found is not in its model: accept it before, or leave it, see Gap below.",
+    releaseGapOpen: "Release it. What the gap search found is not in its model: look at Gap below before.",
     /** In front of what the station says is in the way. */
     notReleased: "It may not be released:",
     notGoodAnyMore: "Do not hand it over: it is released, and does not keep the rule of release any more:",
@@ -90,7 +90,7 @@ export const text = {
     format: "Format",
     version: "Model",
     newestVersion: (version) => `${version}, the newest`,
-    releasedVersion: (version) => `${version}, released before`,
+    releasedVersion: (version) => `${version}, older, released`,
     sign: "Sign it",
     noKey: "Sign it: the station has no key yet, Records makes one",
     signWith: (key) => `Sign it with key ${key}`,

@@ -199,7 +199,10 @@ double Engine::remaining_s() const {
   const std::size_t here = is_on_way_back() ? way_at_ : step_;
   const bool is_held = state_ == CampaignState::paused || state_ == CampaignState::suspended ||
                        (state_ == CampaignState::running && chamber_is_silent_);
-  if (is_held && !ended_ && needs_judgement(step.kind)) return left_from_s(begins_again_at());
+  if (is_held && !ended_) {
+    if (visit_is_void_ && begins_anew(step)) return left_from_s(here);
+    if (visit_is_void_ || needs_judgement(step.kind)) return left_from_s(begins_again_at());
+  }
   const bool goes_on = is_held || state_ == CampaignState::running;
   const double in_step_s = goes_on ? std::max(0.0, station_->now_s() - step_started_s_) : 0.0;
   return left_from_s(here + 1) + std::max(0.0, step.estimate_s - in_step_s);

@@ -12,8 +12,10 @@
 
 #include "calib/judge/warning_list.h"
 #include "calib/model/model_document.h"
+#include "station/io/host.h"
 #include "station/nav/free_inertial.h"
 #include "station/records/calibration_reader.h"
+#include "station/release/release_rule.h"
 #include "station/report/runs_of_model.h"
 #include "station/report/term_text.h"
 
@@ -157,13 +159,16 @@ base::Status add_model(const db::Catalog& catalog, const db::ModelRow& model, js
   return {};
 }
 
-/// Versions before the newest one that are released, the newest of them first.
+/// Versions before the newest one that are released and keep the rule of release now, the newest of them first.
 base::Result<json> released_before(const db::Catalog& catalog, const std::string& serial) {
   const auto heads = catalog.models(serial);
   if (!heads) return base::forward_error(heads);
   json versions = json::array();
   for (auto head = heads->rbegin(); head != heads->rend(); ++head) {
-    if (head != heads->rbegin() && head->state == "released") versions.push_back(head->version);
+    if (head == heads->rbegin() || head->state != "released") continue;
+    const auto release = judge_release(catalog, *head, now_utc_s());
+    if (!release) return base::forward_error(release);
+    if (release->obstacles.empty()) versions.push_back(head->version);
   }
   return versions;
 }

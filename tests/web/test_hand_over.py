@@ -107,7 +107,7 @@ class HandOver(BrowserTest):
             self.browser.resize(width, 900)
             self.open_unit(SERIAL)
             self.see("#unit-release", "Freigeben")
-            self.see("#unit-version", "1, früher freigegeben")
+            self.see("#unit-version", "1, älter, freigegeben")
             over = self.browser.run("""
                 const boxes = [...document.querySelectorAll("#unit-work button, #unit-work select")].map((e) => [e.id, e.getBoundingClientRect()]).filter(([, b]) => b.width > 0);
                 const overlap = (a, b) => a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom;

@@ -476,7 +476,7 @@ class Page(BrowserTest, WithStation):
                      said("named", ("sensor_lag",), stale="the unit was fitted again since")):
             self.assertIn("see Gap below", left)
         self.assertEqual(said("named", ("sensor_lag",), ("sensor_lag",), state="verified"), "Release it.")
-        self.assertIn("accept it before", said("named", ("sensor_lag",), state="verified"))
+        self.assertIn("look at Gap below before", said("named", ("sensor_lag",), state="verified"))
 
     def test_an_older_version_lies_beside_the_newest_on_the_same_axes(self):
         self.soakd.soak("fit", "--unit", OTHER)
