@@ -134,6 +134,7 @@ CommandGroup run_show_commands();
 CommandGroup run_drop_commands();
 CommandGroup fit_commands();
 CommandGroup merge_commands();
+CommandGroup archive_commands();
 CommandGroup export_commands();
 CommandGroup eval_commands();
 CommandGroup correct_commands();
