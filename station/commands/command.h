@@ -141,6 +141,7 @@ CommandGroup correct_commands();
 CommandGroup verify_commands();
 CommandGroup release_commands();
 CommandGroup model_commands();
+CommandGroup model_compare_commands();
 CommandGroup unit_commands();
 CommandGroup type_commands();
 CommandGroup campaign_commands();
