@@ -42,6 +42,7 @@ With a simulated laboratory: soak-demo.")
 set(CPACK_DEBIAN_STATION_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_STATION_PACKAGE_DEPENDS "adduser, python3")
 set(CPACK_DEBIAN_STATION_PACKAGE_RECOMMENDS "systemd, udev, man-db")
+set(CPACK_DEBIAN_STATION_PACKAGE_SUGGESTS "rclone")
 set(CPACK_DEBIAN_STATION_PACKAGE_CONTROL_EXTRA
   "${CMAKE_SOURCE_DIR}/packaging/debian/preinst;${CMAKE_SOURCE_DIR}/packaging/debian/postinst;${CMAKE_SOURCE_DIR}/packaging/debian/prerm;${CMAKE_SOURCE_DIR}/packaging/debian/postrm;${CMAKE_SOURCE_DIR}/packaging/debian/conffiles")
 set(CPACK_DEBIAN_STATION_PACKAGE_CONTROL_STRICT_PERMISSION ON)

@@ -222,7 +222,8 @@ class Pull {
 
   base::Status pull_run(const ArchiveRecord& record) {
     const fs::path path = catalog_.data_folder() / "runs" / record.file_name;
-    const fs::path temporary = path.string() + ".tmp";
+    // Another pull may bring the same run at this moment.
+    const fs::path temporary = path.parent_path() / (new_run_id() + ".soakrun.tmp");
     auto pulled = get_checked(store_, kFiles, file_name_of(record.file_sha256), temporary);
     if (pulled) pulled = catalog_.all_or_nothing([&] { return enter(record, temporary, path); });
     std::error_code ignored;

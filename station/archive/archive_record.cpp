@@ -162,11 +162,14 @@ base::Result<std::string> archive_record(const db::Catalog& catalog, const std::
   const auto references = catalog.campaign_references(first.campaign);
   if (!references) return base::forward_error(references);
   std::error_code ignored;
+  // Of dropped samples as it was, so that the record stays the one that was made before.
+  const std::uint64_t bytes = first.samples_dropped ? first.samples_dropped->bytes
+                                                    : std::filesystem::file_size(catalog.run_file_path(first), ignored);
   return json{{"format", kRecordFormat},
               {"run", first.run_id},
               {"file", first.file_name},
               {"file_sha256", first.file_sha256},
-              {"bytes", std::filesystem::file_size(catalog.run_file_path(first), ignored)},
+              {"bytes", bytes},
               {"campaign", first.campaign},
               {"procedure", first.procedure},
               {"label", first.label},
@@ -187,10 +190,10 @@ base::Result<ArchiveRecord> read_archive_record(std::string_view text, const std
   try {
     ArchiveRecord record = record_of_json(document);
     if (format == kRecordFormat && is_plausible(record)) return record;
-  } catch (const json::exception&) {
-    // Told below, as what is missing says nothing to whoever reads the message.
+    return base::corrupt("is no record of a run", where);
+  } catch (const json::exception& error) {
+    return base::corrupt(fmt::format("is no record of a run: {}", error.what()), where);
   }
-  return base::corrupt("is no record of a run", where);
 }
 
 }  // namespace soak::station

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Stations that push their runs into one archive, and one that pulls them: what arrives is what was recorded, to the last bit."""
 import contextlib
+import hashlib
 import json
 import os
 import pathlib
@@ -130,6 +131,17 @@ class Archive(SoakTest):
         self.assertEqual([(run["campaign"], run["units"], run["voids"]) for run in listed],
                          [("a", ["SN1"], 1), ("a", ["SN2"], 0), ("b", ["SN1"], 0), ("b", ["SN3"], 0)])
 
+    def test_samples_that_are_dropped_after_the_push_stay_in_the_archive(self):
+        self.push_both()
+        before = self.archive_of(self.a, "list")
+        self.soak("runs", "drop-samples", "--campaign", "a", "--reason", "room", "--yes")
+        pushed = self.archive_of(self.a, "push")
+        self.assertEqual((pushed["pushed"], pushed["were_there"], pushed["records"], pushed["dropped"]), ([], 2, 0, []))
+        self.assertEqual(self.archive_of(self.a, "list"), before)
+        self.assertEqual(len(self.archive_of(self.third, "pull")["pulled"]), 4)
+        shutil.rmtree(self.archive)
+        self.assertEqual(len(self.archive_of(self.a, "push")["dropped"]), 2)
+
     def test_the_epoch_of_a_unit_is_the_higher_one(self):
         self.data = self.a
         self.soak("unit", "add", "SN1", "--begin-epoch", "repaired")
@@ -154,6 +166,49 @@ class Archive(SoakTest):
         # the damaged file and the damaged record may be of one run
         self.assertIn(len(pulled["pulled"]), (2, 3))
         self.soak("runs", "verify")
+
+    def forged(self, change):
+        """The archive of station a with one record changed, under the name that its new content has."""
+        shutil.rmtree(self.archive, ignore_errors=True)
+        self.archive_of(self.a, "push")
+        record = sorted((self.archive / "records").iterdir())[0]
+        document = json.loads(record.read_text(encoding="utf-8"))
+        change(document)
+        text = json.dumps(document).encode()
+        record.unlink()
+        (record.parent / f"{hashlib.sha256(text).hexdigest()}.json").write_bytes(text)
+
+    def test_a_record_that_its_hash_does_not_betray_is_held_against_the_digest_and_the_catalog(self):
+        def table(document, name):
+            return next(table for table in document["runs"][0]["tables"] if table["name"] == name)
+
+        def number(document):
+            row = table(document, "segment")["rows"][3]
+            row[table(document, "segment")["columns"].index("temp_c")] += 1e-9
+
+        def missing_row(document):
+            table(document, "block")["rows"].pop()
+
+        def other_run(document):
+            table(document, "segment")["rows"][0][0] = "01900000-0000-7000-8000-000000000000"
+
+        def other_columns(document):
+            table(document, "segment")["columns"][8] = "plateau_c; DROP TABLE run"
+
+        def other_file(document):
+            document["file"] = "../station.soakrun"
+
+        def no_voids(document):
+            del document["voids"]
+
+        for change, code in ((number, 4), (missing_row, 4), (other_run, 4), (other_columns, 2), (other_file, 4), (no_voids, 4)):
+            with self.subTest(change.__name__):
+                data = pathlib.Path(shutil.copytree(self.third, self.folder / change.__name__))
+                self.forged(change)
+                pulled = self.archive_of(data, "pull", status=code)
+                self.assertEqual(([trouble["code"] for trouble in pulled["troubles"]], len(pulled["pulled"])), ([code], 1))
+                self.assertEqual(len(self.run_files(data)), 2)
+                self.soak("runs", "verify")
 
     def test_a_missing_file_and_one_without_record_are_told(self):
         self.push_both()

@@ -14,7 +14,7 @@ import time
 import unittest
 
 from one_way_campaign import Unit
-from soak_cli import ROOT, SoakTest, check_schema
+from soak_cli import ROOT, SoakTest, check_schema, limit_file_size
 
 BOTH_WAYS = ("SN1", "SN2", "SN3", "SN4", "SN5")
 ONE_WAY = "A1"  # takes what the others show
@@ -237,6 +237,15 @@ class Shards(SoakTest):
             done = self.run_soak(self.data, "fit", "--all", "--shard", "1/1", "-o", self.folder / "s", status=2)
         self.assertIn("soak backup", done.stderr)
         self.assertFalse((self.folder / "s").exists())
+
+    def test_a_full_disk_leaves_no_shard_and_the_earlier_one_stays(self):
+        file, _ = self.fit_shard("1/1", "shard")
+        before = file.read_bytes()
+        done = subprocess.run([os.environ["SOAK_BIN"], "fit", "--all", "--shard", "1/1", "-o", str(file), "--data", str(self.store / "copy")],
+                              env={**os.environ, "SOAK_PROCEDURES": str(self.procedures)}, capture_output=True, check=False,
+                              preexec_fn=limit_file_size(60000))
+        self.assertEqual(done.returncode, 1)
+        self.assertEqual((file.read_bytes(), [path.name for path in self.folder.glob("shard*")]), (before, ["shard"]))
 
     def test_a_shard_needs_its_options(self):
         for options in (["--all", "--shard", "1/2"], ["--all", "-o", "s"], ["--unit", "SN1", "--shard", "1/2", "-o", "s"],
