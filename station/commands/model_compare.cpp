@@ -216,6 +216,10 @@ base::Status ModelCompare::run_with(db::Catalog& catalog, Output& output) {
   if (!one) return base::forward_error(one);
   const auto other = version_of(catalog, unit, after);
   if (!other) return base::forward_error(other);
+  if (one->row.version == other->row.version) {
+    return base::bad_input(fmt::format("version {} would be compared with itself: name two different ones", before),
+                           "unit " + unit);
+  }
   const std::vector<SensorPair> list = compare(*one, *other);
   nlohmann::json sensors = nlohmann::json::object();
   std::vector<std::vector<std::string>> table = {{"sensor", "unit", "largest difference", "at °C", "beyond 95 %",

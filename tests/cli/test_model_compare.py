@@ -98,6 +98,10 @@ class ModelCompare(SoakTest):
         self.refusal("model", "compare", "--unit", "SN1", "--model", "1", "--with", "9")
         self.refusal("model", "compare", "--unit", "SN9", "--model", "1")
 
+    def test_a_version_is_not_compared_with_itself(self):
+        self.refusal("model", "compare", "--unit", "SN1", "--model", "3")
+        self.refusal("model", "compare", "--unit", "SN1", "--model", "1", "--with", "1")
+
 
 if __name__ == "__main__":
     unittest.main()
