@@ -80,28 +80,17 @@ ShardEntry entry_of(const json& document) {
   return entry;
 }
 
-/// The lines of a file, one at a time.
-class Lines {
- public:
-  explicit Lines(const std::filesystem::path& file) : path_(file), in_(file, std::ios::binary) {}
-
-  [[nodiscard]] bool is_open() const { return in_.is_open(); }
-  /// Nothing at the end of the file. Fails (corrupt) for a line that is too long.
-  base::Result<std::optional<std::string>> next() {
-    std::string line;
-    for (int c = in_.get(); c != std::char_traits<char>::eof(); c = in_.get()) {
-      if (c == '\n') return line;
-      if (line.size() == kLongestLine_bytes) return base::corrupt("a line is too long for a shard", path_.string());
-      line.push_back(static_cast<char>(c));
-    }
-    if (line.empty()) return std::nullopt;
-    return line;
+/// The next line of a file; nothing at its end. Fails (corrupt) for one that is too long.
+base::Result<std::optional<std::string>> next_line(std::ifstream& in, const std::string& where) {
+  std::string line;
+  for (int c = in.get(); c != std::char_traits<char>::eof(); c = in.get()) {
+    if (c == '\n') return line;
+    if (line.size() == kLongestLine_bytes) return base::corrupt("a line is too long for a shard", where);
+    line.push_back(static_cast<char>(c));
   }
-
- private:
-  std::filesystem::path path_;
-  std::ifstream in_;
-};
+  if (line.empty()) return std::nullopt;
+  return line;
+}
 
 base::Result<ShardHead> read_head(const std::optional<std::string>& line, const std::string& where) {
   const json document = line ? json::parse(*line, nullptr, false) : json();
@@ -245,12 +234,11 @@ base::Result<std::string> ShardWriter::finish() {
 
 base::Result<ShardReader> ShardReader::open(const std::filesystem::path& file) {
   const std::string where = file.string();
-  Lines lines(file);
-  if (!lines.is_open()) {
+  ShardReader reader(file);
+  if (!reader.in_.is_open()) {
     return base::bad_input("cannot open the file: " + std::generic_category().message(errno), where);
   }
-  ShardReader reader(file);
-  auto line = lines.next();
+  auto line = next_line(reader.in_, where);
   if (!line) return base::forward_error(line);
   auto head = read_head(*line, where);
   if (!head) return base::forward_error(head);
@@ -259,7 +247,7 @@ base::Result<ShardReader> ShardReader::open(const std::filesystem::path& file) {
   std::size_t count = 0;
   std::string last = **line;
   while (true) {
-    line = lines.next();
+    line = next_line(reader.in_, where);
     if (!line) return base::forward_error(line);
     if (!*line) break;
     hash.update(last);
@@ -280,11 +268,12 @@ base::Result<ShardReader> ShardReader::open(const std::filesystem::path& file) {
   return reader;
 }
 
-base::Status ShardReader::for_each(const std::function<base::Status(const ShardEntry&)>& visit) const {
-  Lines lines(file_);
-  if (auto head = lines.next(); !head) return base::forward_error(head);
+base::Status ShardReader::for_each(const std::function<base::Status(const ShardEntry&)>& visit) {
+  in_.clear();
+  in_.seekg(0);
+  if (auto head = next_line(in_, file_.string()); !head) return base::forward_error(head);
   for (std::size_t i = 0; i < entries_; ++i) {
-    const auto line = lines.next();
+    const auto line = next_line(in_, file_.string());
     if (!line) return base::forward_error(line);
     ShardEntry entry;
     try {

@@ -90,7 +90,7 @@ class ShardWriter {
   std::size_t entries_ = 0;
 };
 
-/// A whole shard. Memory: one entry at a time.
+/// A whole shard. It stays the one that was opened, also where a task replaces the file. Memory: one entry at a time.
 class ShardReader {
  public:
   /// Reads all of the file once. Fails (bad_input) where it cannot be read, is no shard, or one of a newer format;
@@ -102,12 +102,13 @@ class ShardReader {
   [[nodiscard]] const std::string& sha256() const { return sha256_; }
   /// Hands over the units in the order of the file; ends with the first failure of `visit`. Fails (corrupt) for an
   /// entry that lacks something.
-  [[nodiscard]] base::Status for_each(const std::function<base::Status(const ShardEntry&)>& visit) const;
+  [[nodiscard]] base::Status for_each(const std::function<base::Status(const ShardEntry&)>& visit);
 
  private:
-  explicit ShardReader(std::filesystem::path file) : file_(std::move(file)) {}
+  explicit ShardReader(std::filesystem::path file) : file_(std::move(file)), in_(file_, std::ios::binary) {}
 
   std::filesystem::path file_;
+  std::ifstream in_;
   ShardHead head_;
   std::string sha256_;
   std::size_t entries_ = 0;
