@@ -2,7 +2,7 @@
 # Two Debian packages (./run package): soak, the station, and libsoak-dev, what others can take from here (SoakInstall.cmake).
 install(TARGETS soak soakd soaksim soaksim-truth soaksim-campaign RUNTIME DESTINATION bin COMPONENT station)
 install(PROGRAMS packaging/soak-demo DESTINATION bin COMPONENT station)
-install(DIRECTORY procedures DESTINATION share/soak COMPONENT station FILES_MATCHING PATTERN "*.toml" PATTERN "*.md")
+install(DIRECTORY procedures DESTINATION share/soak COMPONENT station FILES_MATCHING PATTERN "*.toml" PATTERN "*.md" PATTERN "*.sbatch")
 install(FILES tools/demo.py tools/lab_session.py DESTINATION share/soak/tools COMPONENT station)
 install(DIRECTORY tests/cli/blob_reader DESTINATION share/soak/tests/cli COMPONENT station FILES_MATCHING PATTERN "*.py")
 install(FILES hal/sim/lab.toml DESTINATION share/soak COMPONENT station)
@@ -42,6 +42,7 @@ With a simulated laboratory: soak-demo.")
 set(CPACK_DEBIAN_STATION_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_STATION_PACKAGE_DEPENDS "adduser, python3")
 set(CPACK_DEBIAN_STATION_PACKAGE_RECOMMENDS "systemd, udev, man-db")
+set(CPACK_DEBIAN_STATION_PACKAGE_SUGGESTS "rclone")
 set(CPACK_DEBIAN_STATION_PACKAGE_CONTROL_EXTRA
   "${CMAKE_SOURCE_DIR}/packaging/debian/preinst;${CMAKE_SOURCE_DIR}/packaging/debian/postinst;${CMAKE_SOURCE_DIR}/packaging/debian/prerm;${CMAKE_SOURCE_DIR}/packaging/debian/postrm;${CMAKE_SOURCE_DIR}/packaging/debian/conffiles")
 set(CPACK_DEBIAN_STATION_PACKAGE_CONTROL_STRICT_PERMISSION ON)

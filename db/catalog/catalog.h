@@ -203,6 +203,8 @@ struct StepRow {
   std::string run_id;   ///< of the run file that it wrote to; empty = none
 };
 
+struct RunRecord;
+
 /// An entry of the event log: who did what when.
 struct EventRow {
   double utc_s = 0.0;
@@ -304,6 +306,12 @@ class Catalog {
   /// Adds a sealed run of one unit with the statistics and findings of its segments, all or nothing, and logs it.
   /// Refuses a second run with the same campaign, unit and label.
   [[nodiscard]] base::Status add_run(const RunRow& run, const std::vector<calib::Segment>& segments);
+  /// All that the catalog holds of one unit's run but voids and drops (run_record.h). Fails as check_numbers() does.
+  [[nodiscard]] base::Result<RunRecord> run_record(std::string_view run_id, std::string_view unit) const;
+  /// Enters a sealed run as run_record() of another catalog gave it, to the last bit, all or nothing, and logs it. Unit
+  /// and campaign must be there. Refuses (bad_input) a run of that id, or of that campaign, unit and label, that is
+  /// there already, and a record of another version; (corrupt) one whose rows do not have the digest that it states.
+  [[nodiscard]] base::Status add_run_record(const RunRecord& record);
   [[nodiscard]] base::Result<std::vector<RunRow>> runs(const RunFilter& filter) const;
   /// Whether the file of a sealed run is there and holds, byte for byte, what was sealed; fails (corrupt), naming the
   /// file. Reads all of it, of the runs of several units in one file once. Of a run whose samples were dropped there is

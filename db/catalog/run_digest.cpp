@@ -30,9 +30,9 @@ void add_value(base::Sha256& hash, const SQLite::Column& value) {
   }
 }
 
-void add_rows(base::Sha256& hash, const SQLite::Database& database, const std::string& sql, std::string_view run_id,
+void add_rows(base::Sha256& hash, const SQLite::Database& database, std::string_view table, std::string_view run_id,
               std::string_view unit) {
-  SQLite::Statement query(database, sql + " WHERE run_id = ? AND unit = ? ORDER BY 3, 4, 5, 6");
+  SQLite::Statement query(database, query_of_rows(table));
   sqlite::bind_all(query, run_id, unit);
   while (query.executeStep()) {
     for (int i = 0; i < query.getColumnCount(); ++i) add_value(hash, query.getColumn(i));
@@ -42,18 +42,22 @@ void add_rows(base::Sha256& hash, const SQLite::Database& database, const std::s
 
 }  // namespace
 
+std::string query_of_rows(std::string_view table) {
+  // Columns in the order of the schema; the key of segments, blocks and findings goes on with columns 3 to 6.
+  const std::string_view columns =
+      table == "run"
+          ? "run_id, unit, campaign, label, procedure, purpose, epoch, created_utc_s, clock_rate, simulated, "
+            "sealed, file_name, file_sha256, content_sha256, latitude_deg, height_m, azimuth_deg, "
+            "gravity_mps2, row_count, duration_s, cut_short, continues"
+          : "*";
+  return fmt::format("SELECT {} FROM {} WHERE run_id = ?1 AND unit = ?2 ORDER BY 3, 4, 5, 6", columns, table);
+}
+
 std::string numbers_sha256(const SQLite::Database& database, std::string_view run_id, std::string_view unit) {
   base::Sha256 hash;
-  for (const char* table : {"run", "segment", "block", "finding"}) {
-    // Columns in the order of the schema; the key of segments, blocks and findings goes on with columns 3 to 6.
-    const std::string columns =
-        table == std::string_view("run")
-            ? "run_id, unit, campaign, label, procedure, purpose, epoch, created_utc_s, clock_rate, simulated, "
-              "sealed, file_name, file_sha256, content_sha256, latitude_deg, height_m, azimuth_deg, "
-              "gravity_mps2, row_count, duration_s, cut_short, continues"
-            : "*";
+  for (const char* table : kRunTables) {
     hash.update(table);
-    add_rows(hash, database, fmt::format("SELECT {} FROM {}", columns, table), run_id, unit);
+    add_rows(hash, database, table, run_id, unit);
   }
   return base::to_hex(hash.finish());
 }

@@ -91,6 +91,10 @@ class CatalogCommand : public Command {
   base::Status run(Output& output) final;
   /// The work, with the open catalog.
   [[nodiscard]] virtual base::Status run_with(db::Catalog& catalog, Output& output) = 0;
+
+ protected:
+  /// open_existing_catalog(), unless the command needs another way.
+  [[nodiscard]] virtual base::Result<db::Catalog> open_data() const;
 };
 
 /// A command as the help shows it.
@@ -129,12 +133,15 @@ CommandGroup run_commands();
 CommandGroup run_show_commands();
 CommandGroup run_drop_commands();
 CommandGroup fit_commands();
+CommandGroup merge_commands();
+CommandGroup archive_commands();
 CommandGroup export_commands();
 CommandGroup eval_commands();
 CommandGroup correct_commands();
 CommandGroup verify_commands();
 CommandGroup release_commands();
 CommandGroup model_commands();
+CommandGroup model_compare_commands();
 CommandGroup unit_commands();
 CommandGroup type_commands();
 CommandGroup campaign_commands();

@@ -19,9 +19,11 @@
 #include "station/commands/shared.h"
 #include "station/fit/fit_batch.h"
 #include "station/fit/fit_inputs.h"
+#include "station/fit/fit_shard.h"
 #include "station/fit/fit_unit.h"
 #include "station/io/data_folder.h"
 #include "station/io/host.h"
+#include "station/io/text_file.h"
 
 namespace soak::station {
 namespace {
@@ -31,16 +33,24 @@ struct FitCommand final : CatalogCommand {
   std::string unit;  ///< empty with `all`
   bool all = false;
   std::optional<std::string> campaign;
-  std::optional<int> rules;   ///< absent = auto
-  int jobs = 0;               ///< threads; 0 = one per core
+  std::optional<int> rules;  ///< absent = auto
+  int jobs = 0;              ///< threads; 0 = one per core
+  std::optional<ShardPart> shard;
+  std::string shard_file;
   bool chamber_time = false;  ///< also what a shorter campaign would have given
 
   void declare(OptionList& options) override;
   base::Status run_with(db::Catalog& catalog, Output& output) override;
 
+ protected:
+  base::Result<db::Catalog> open_data() const override {
+    return shard ? open_unchanged_catalog(data) : CatalogCommand::open_data();
+  }
+
  private:
   base::Status fit_one(db::Catalog& catalog, Output& output) const;
   base::Status fit_all(const db::Catalog& catalog, Output& output) const;
+  base::Status fit_part(const db::Catalog& catalog, Output& output) const;
 };
 
 void FitCommand::declare(OptionList& options) {
@@ -52,6 +62,12 @@ void FitCommand::declare(OptionList& options) {
     rules = static_cast<int>(*number);
     return {};
   };
+  const OptionReader read_part = [this](const std::string& text) -> base::Status {
+    const auto part = parse_shard_part(text);
+    if (!part) return base::forward_error(part);
+    shard = *part;
+    return {};
+  };
   options.add("--unit SN", &unit, "Serial number of the unit");
   options.add("--all", &all, "Fit every unit whose newest model was not made of the same runs and options")
       .excludes("--unit");
@@ -60,6 +76,13 @@ void FitCommand::declare(OptionList& options) {
   options.add("--rules auto|N", read_rules,
               "Number of ANFIS rules; auto (default): chosen by cross-validation over runs");
   options.add("--jobs N", &jobs, "Threads (default: one per core)").range(1, 1024);
+  options
+      .add("--shard I/N", read_part,
+           "Fit part I of N of the units and write a result shard for 'soak merge'; the data folder is only read, and "
+           "must be a copy that nobody writes ('soak backup'). slurm: the part of this task of a Slurm job array")
+      .needs("--all")
+      .needs("--output");
+  options.add("-o,--output FILE", &shard_file, "With --shard: the result shard").needs("--shard");
   options
       .add("--chamber-time", &chamber_time,
            "Also estimate what fewer runs, fewer plateaus or one sweep would have given, and in how many hours")
@@ -306,8 +329,44 @@ base::Status all_failures(const std::vector<BatchUnit>& units) {
   return base::fail(kind, fmt::format("{} of {} units could not be fitted:{}", failures, units.size(), message));
 }
 
+nlohmann::json shard_json(const ShardPart& part, const std::string& file, const FittedShard& fitted) {
+  nlohmann::json units = nlohmann::json::array();
+  for (const BatchUnit& unit : fitted.units) {
+    units.push_back({{"unit", unit.serial}, {"result", name_of(result_of(unit))}});
+  }
+  return {
+      {"file", file}, {"shard", part.shard}, {"of", part.of}, {"sha256", fitted.sha256}, {"units", std::move(units)}};
+}
+
+std::string shard_text(const ShardPart& part, const std::string& file, const FittedShard& fitted) {
+  const auto count = [&](ShardResult result) {
+    return std::ranges::count(fitted.units, result, [](const BatchUnit& unit) { return result_of(unit); });
+  };
+  return fmt::format("{}: shard {} of {}, {} units: {} fitted, {} up to date, {} wait for the fleet, {} failed\n", file,
+                     part.shard, part.of, fitted.units.size(), count(ShardResult::fitted),
+                     count(ShardResult::up_to_date), count(ShardResult::waits_for_fleet), count(ShardResult::failed));
+}
+
 base::Status FitCommand::run_with(db::Catalog& catalog, Output& output) {
+  if (shard) return fit_part(catalog, output);
   return all ? fit_all(catalog, output) : fit_one(catalog, output);
+}
+
+base::Status FitCommand::fit_part(const db::Catalog& catalog, Output& output) const {
+  if (campaign) {
+    if (auto known = check_campaign_known(catalog, *campaign); !known) return known;
+  }
+  if (auto writable = check_writable(shard_file); !writable) return writable;
+  const auto fitted =
+      fit_shard(catalog, *shard, {campaign, {rules}, jobs, user_name()}, shard_file, output.progress("fitting"));
+  output.end_progress();
+  if (!fitted) return base::forward_error(fitted);
+  if (output.json()) {
+    if (auto printed = output.print_json(shard_json(*shard, shard_file, *fitted)); !printed) return printed;
+  } else {
+    output.print(shard_text(*shard, shard_file, *fitted));
+  }
+  return all_failures(fitted->units);
 }
 
 base::Status FitCommand::fit_all(const db::Catalog& catalog, Output& output) const {

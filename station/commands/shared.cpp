@@ -16,8 +16,10 @@
 
 namespace soak::station {
 
+base::Result<db::Catalog> CatalogCommand::open_data() const { return open_existing_catalog(data); }
+
 base::Status CatalogCommand::run(Output& output) {
-  auto catalog = open_existing_catalog(data);
+  auto catalog = open_data();
   if (!catalog) return base::forward_error(catalog);
   catalog->act_as(user_name());
   return run_with(*catalog, output);

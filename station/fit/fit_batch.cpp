@@ -43,6 +43,10 @@ class Batch {
     const auto first = in_parallel(all, [this](Worker& worker, std::size_t i) { return fit_or_defer(worker, i); });
     if (!first) return base::forward_error(first);
     const std::vector<std::size_t> last = std::exchange(deferred_, {});
+    if (options_.shard) {
+      for (const std::size_t i : last) units_[i].waits_for_fleet = true;
+      return std::move(units_);
+    }
     for (const std::size_t i : last) without_.insert(units_[i].serial);
     const auto second = in_parallel(last, [this](Worker& worker, std::size_t i) { return fit_with_fleet(worker, i); });
     if (!second) return base::forward_error(second);
@@ -58,7 +62,8 @@ class Batch {
     threads_per_unit_ = static_cast<int>(std::max<std::size_t>(1, most / std::max<std::size_t>(1, units.size())));
     std::atomic<std::size_t> next = 0;
     const auto work = [&] {
-      auto own = db::Catalog::open(catalog_.data_folder());
+      auto own = options_.shard ? db::Catalog::open_unchanged(catalog_.data_folder())
+                                : db::Catalog::open(catalog_.data_folder());
       if (!own) return end_with(own.error());
       Worker worker(*std::move(own));
       worker.catalog.act_as(options_.user);
@@ -97,8 +102,9 @@ class Batch {
   bool tell_progress() {
     if (!progress_(done_ / static_cast<double>(units_.size())) && end_) {
       end_ = base::fail(base::ErrorKind::internal,
-                        "interrupted; the models of the units fitted so far are stored, and the next 'soak fit --all' "
-                        "goes on with the others",
+                        options_.shard ? "interrupted; no shard was written"
+                                       : "interrupted; the models of the units fitted so far are stored, and the next "
+                                         "'soak fit --all' goes on with the others",
                         "fit");
     }
     return end_.has_value();
@@ -153,8 +159,10 @@ class Batch {
   base::Result<Turn> fit(Worker& worker, const PreparedFit& prepared, const Inputs& inputs) {
     auto model = fitted_model(prepared, options_.fit, threads_per_unit_);
     if (!model) return base::forward_error(model);
+    const auto stored = options_.shard ? options_.shard(worker.catalog, *model, inputs.seen)
+                                       : store_model(worker.catalog, *model, inputs.seen);
     // Where one model cannot be stored no other can: the time of the rest is saved.
-    if (const auto stored = store_model(worker.catalog, *model, inputs.seen); !stored) end_with(stored.error());
+    if (!stored) end_with(stored.error());
     return Turn::done;
   }
 

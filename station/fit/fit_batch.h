@@ -9,9 +9,14 @@
 
 #include "base/result.h"
 #include "calib/curve/curve_fit.h"
+#include "calib/model/unit_model.h"
 #include "db/catalog/catalog.h"
+#include "station/fit/fit_inputs.h"
 
 namespace soak::station {
+
+/// Where a model goes that was fitted with the thread's own connection to the catalog.
+using ModelSink = std::function<base::Status(db::Catalog& catalog, calib::UnitModel& model, const FitInputs& inputs)>;
 
 /// How a batch is fitted.
 struct BatchOptions {
@@ -19,12 +24,16 @@ struct BatchOptions {
   calib::CurveFitOptions fit;
   int jobs = 0;      ///< threads; 0 = one per core
   std::string user;  ///< who fits
+  /// Takes the models instead of the catalog, from any thread. The catalog must then be one that nobody writes
+  /// (Catalog::open_unchanged()), and units that take from the fleet are not fitted: other units' models are elsewhere.
+  ModelSink shard{};
 };
 
 /// What became of one unit.
 struct BatchUnit {
   std::string serial;
-  bool up_to_date = false;  ///< its newest model was made of the same inputs: it was not fitted again
+  bool up_to_date = false;       ///< its newest model was made of the same inputs: it was not fitted again
+  bool waits_for_fleet = false;  ///< of a shard: it is fitted when the models of all shards are in one catalog
   std::optional<base::Error> failure;
 };
 

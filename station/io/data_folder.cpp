@@ -38,6 +38,18 @@ FolderLock::Holder holder_of(int fd) {
   return {text.substr(0, line_end), line_end == std::string::npos ? "" : text.substr(line_end + 1)};
 }
 
+/// A data folder that has a catalog.
+base::Result<std::filesystem::path> existing_data_folder(std::string_view data_option) {
+  const auto folder = data_folder(data_option);
+  if (!folder) return base::forward_error(folder);
+  std::error_code ignored;
+  if (std::filesystem::exists(*folder / "station.db", ignored)) return *folder;
+  return base::bad_input(
+      "the data folder has no station.db: import a recording first, or name the right folder with --data or "
+      "SOAK_DATA",
+      folder->string());
+}
+
 }  // namespace
 
 base::Result<std::filesystem::path> data_folder(std::string_view option) {
@@ -59,16 +71,22 @@ base::Result<db::Catalog> open_catalog(std::string_view data_option) {
 }
 
 base::Result<db::Catalog> open_existing_catalog(std::string_view data_option) {
-  const auto folder = data_folder(data_option);
+  const auto folder = existing_data_folder(data_option);
   if (!folder) return base::forward_error(folder);
-  std::error_code ignored;
-  if (!std::filesystem::exists(*folder / "station.db", ignored)) {
+  return db::Catalog::open(*folder);
+}
+
+base::Result<db::Catalog> open_unchanged_catalog(std::string_view data_option) {
+  const auto folder = existing_data_folder(data_option);
+  if (!folder) return base::forward_error(folder);
+  std::error_code error;
+  const auto log_bytes = std::filesystem::file_size(*folder / "station.db-wal", error);
+  if (!error && log_bytes > 0) {
     return base::bad_input(
-        "the data folder has no station.db: import a recording first, or name the right folder with --data or "
-        "SOAK_DATA",
+        "this data folder is being written: give a copy of it that nobody writes; 'soak backup DIR' makes one",
         folder->string());
   }
-  return db::Catalog::open(*folder);
+  return db::Catalog::open_unchanged(*folder);
 }
 
 base::Result<db::Catalog> reopen_catalog(const std::filesystem::path& folder) {

@@ -25,6 +25,10 @@ namespace soak::station {
 /// Opens the catalog of an existing data folder: a mistyped folder must not look like an empty one.
 [[nodiscard]] base::Result<db::Catalog> open_existing_catalog(std::string_view data_option);
 
+/// Opens the catalog of a data folder that nobody writes, as a backup is, without changing it: any number of machines
+/// may do so at once. Refuses (bad_input) one that a program has open, as far as that shows.
+[[nodiscard]] base::Result<db::Catalog> open_unchanged_catalog(std::string_view data_option);
+
 /// `where` of the refusal of what cannot be done while the data folder is not there.
 inline constexpr const char* kNoFolder = "data";
 

@@ -351,6 +351,15 @@ class ReportPage(Page):
         self.carry_out("docs/report.md")
 
 
+class ScaleOut(Page):
+    def test_scale_out(self):
+        for serial in ("SN0042", "SN0043"):
+            self.write(f"{serial}.csv", recording(1, "R01", (-20.0, 0.0, 20.0, 40.0), 30))
+            self.run_line(f"soak import {serial}.csv --unit {serial} --campaign first --gravity-mps2 9.80665")
+        self.replaced += [("/shared/", "shared-")]
+        self.carry_out("docs/scale-out.md")
+
+
 class Signal(Page):
     def test_signal(self):
         self.write("still.csv", self.still(rate_hz=200, seconds=120))

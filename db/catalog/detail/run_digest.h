@@ -3,12 +3,20 @@
 
 #include <SQLiteCpp/Database.h>
 
+#include <array>
 #include <string>
 #include <string_view>
 
 #include "db/detail/sqlite.h"
 
 namespace soak::db::catalog {
+
+/// The tables whose rows make up a run.
+inline constexpr std::array<const char*, 4> kRunTables = {"run", "segment", "block", "finding"};
+
+/// Query of the rows that the digest covers: those of run id ?1 and unit ?2 in one of kRunTables, in the order of their
+/// keys. The first two columns are run_id and unit.
+[[nodiscard]] std::string query_of_rows(std::string_view table);
 
 /// SHA-256 in hexadecimal of what the catalog holds of one unit's part of a run: its row (but for this digest), its
 /// segments, blocks and findings, in the order of their keys. Each value counts with its type, so that 1, 1.0, '1' and
