@@ -14,6 +14,6 @@ int main(int argc, char** argv) {
        campaign_commands(),  procedure_commands(), type_commands(),      signal_commands(),   key_commands(),
        check_commands(),     report_commands(),    reference_commands(), gap_commands(),      chamber_commands(),
        make_safe_commands(), doctor_commands(),    event_commands(),     backup_commands(),   user_commands(),
-       alarm_commands(),     nav_commands(),       release_commands(),   model_commands()}};
+       alarm_commands(),     nav_commands(),       release_commands(),   model_commands(),    plan_commands()}};
   return run_program(soak, argc, argv);
 }
