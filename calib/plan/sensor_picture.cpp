@@ -50,7 +50,7 @@ struct RowSums {
   [[nodiscard]] double noise_variance() const { return variance / count; }
 };
 
-/// A temperature with its cells; either may be empty.
+/// The rows of one temperature; those of one direction may be missing.
 struct PlateauSums {
   RowSums up;
   RowSums down;
@@ -133,6 +133,7 @@ base::Result<UnitScatter> scatter_of(const StoredCurve& unit) {
     sums.add(row, offsets.at(row.run), evaluate(spline->curve, row.temp_c));
     scatter.noise_variance += row.standard_error * row.standard_error / static_cast<double>(data.rows.size());
   }
+  std::erase_if(scatter.places, [](const PlateauSums& place) { return place.up.count + place.down.count == 0.0; });
   scatter.visit_variance =
       visit_variance_of(scatter, static_cast<double>(data.rows.size()), static_cast<double>(offsets.size()));
   return scatter;
@@ -168,16 +169,16 @@ MeanCurve mean_curve(const UnitScatter& unit, double visit_variance) {
   MeanCurve curve{VectorXd(n), VectorXd(n), VectorXd(n)};
   for (Eigen::Index i = 0; i < n; ++i) {
     const PlateauSums& place = unit.places[static_cast<std::size_t>(i)];
-    const auto variance_of = [&](const RowSums& cell) { return (cell.noise_variance() + visit_variance) / cell.count; };
+    const auto variance_of = [&](const RowSums& sums) { return (sums.noise_variance() + visit_variance) / sums.count; };
     curve.temp_c[i] = (place.up.temp_c + place.down.temp_c) / (place.up.count + place.down.count);
     if (place.both()) {
       curve.value[i] = 0.5 * (place.up.mean() + place.down.mean());
       curve.variance[i] = 0.25 * (variance_of(place.up) + variance_of(place.down));
       continue;
     }
-    const RowSums& cell = place.up.count > 0.0 ? place.up : place.down;
-    curve.value[i] = cell.mean();
-    curve.variance[i] = variance_of(cell);
+    const RowSums& sums = place.up.count > 0.0 ? place.up : place.down;
+    curve.value[i] = sums.mean();
+    curve.variance[i] = variance_of(sums);
   }
   return curve;
 }

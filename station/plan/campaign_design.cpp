@@ -73,7 +73,7 @@ PassDesign full_campaign() { return {.passes = 20, .plateaus = 21, .return_every
 
 std::vector<PassDesign> designs_for(double low_c, double high_c) {
   constexpr double kBothWaysWithin_c = 2.0 * calib::kOtherWayWithin_c;
-  constexpr std::array kSteps_c = {4.0, 5.0, 7.5, 10.0, kBothWaysWithin_c};
+  constexpr std::array kSteps_c = {4.0, 5.0, 7.5, 10.0};
   std::set<int> plateaus;
   for (const double step_c : kSteps_c) {
     plateaus.insert(1 + std::max(3, static_cast<int>(std::ceil((high_c - low_c) / step_c - 1e-9))));

@@ -24,7 +24,7 @@ struct PassDesign {
 /// The thesis' soak test: one way, 20 runs over 21 plateaus, ten minutes in each position.
 [[nodiscard]] PassDesign full_campaign();
 
-/// The designs that are compared: 3 to 20 passes, plateaus 4 to 15 K apart, the way back over every or every other
+/// The designs that are compared: 3 to 20 passes, plateaus 4 to 10 K apart, the way back over every or every other
 /// plateau as long as those are within 15 K (one_way.h), up to 9 power cycles in a pass, dwells of 2 and 10 minutes.
 ///
 /// Three passes are the fewest of which each can be held out; all go both ways, since nothing else shows hysteresis.
