@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The table of `./run bench hours`: what campaigns cost and leave, from the lines of bench_hours."""
 import csv
+import math
 import pathlib
 import statistics
 import subprocess
@@ -13,8 +14,8 @@ CAMPAIGNS = ["full", "six-runs", "coarse", "ramp-cubic", "planned"]
 
 
 def percentile(values, share):
-    """The value that so large a share of all do not exceed."""
-    return sorted(values)[min(len(values) - 1, int(share * len(values)))]
+    """The least value that so large a share of all do not exceed."""
+    return sorted(values)[math.ceil(share * len(values)) - 1]
 
 
 def table(rows):
