@@ -127,13 +127,13 @@ class PlanOfStoredUnits(PlanTest):
         self.assertEqual(tight["accuracy"], {"gyro_dps": 0.02, "accel_mps2": 1})
 
     def test_within_hours_the_best_is_written_and_what_is_not_reached_is_said(self):
-        document = self.plan("--hours", "40", "--accuracy", "gyro_dps=0.001")
+        document = self.plan("--hours", "60", "--accuracy", "gyro_dps=0.001")
         chosen = document["options"][document["chosen"]]
-        self.assertLessEqual(chosen["hours"], 40)
+        self.assertLessEqual(chosen["hours"], 60)
         self.assertFalse(document["reached"])
-        self.assertLessEqual(chosen["relative"], min(o["relative"] for o in document["options"] if o["hours"] <= 40))
+        self.assertLessEqual(chosen["relative"], min(o["relative"] for o in document["options"] if o["hours"] <= 60))
         self.assertAlmostEqual(self.check()["estimate_h"], chosen["hours"])
-        said = self.soak("plan", "--type", "mti-300", "-o", self.folder / "p.toml", "--hours", "40", "--accuracy", "gyro_dps=0.001")
+        said = self.soak("plan", "--type", "mti-300", "-o", self.folder / "p.toml", "--hours", "60", "--accuracy", "gyro_dps=0.001")
         self.assertIn("not reached", said.stderr)
         self.assertIn("full campaign", said.stdout)
 
