@@ -38,6 +38,7 @@ export const WARNINGS = {
   unnamed_attitudes_excluded: ["Lagen ohne Namen weggelassen", "Diese Aufzeichnungen in einer eigenen Kampagne anpassen."],
   hysteresis: ["Hysterese", "Langsamere Rampen, längeres Warten oder ein besser platziertes Thermometer; mit Fehlern dieser Größe ist zu rechnen."],
   missing_position: ["fehlende Lagen", "Die fehlenden Lagen aufzeichnen."],
+  scale_left_out: ["Skalenfehler an zu wenigen Temperaturen", "Nichts zu tun, oder die Drehraten an drei Plateaus oder mehr aufzeichnen."],
   scale_range: ["Skalenfehler nicht überall gemessen", MISSING_POSITIONS],
   own_thermometer: ["Sensor mit eigenem Thermometer", "Die Temperatur seines eigenen Thermometers angeben: soak eval --own-temp-c."],
   scale_not_measured: ["Skalenfehler nicht gemessen", MISSING_POSITIONS],

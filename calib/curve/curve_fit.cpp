@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "calib/curve/detail/curve_budget.h"
 #include "calib/curve/detail/family_choice.h"
@@ -19,13 +20,14 @@ constexpr double kHysteresisP = 0.001;
 /// A gap between heating and cooling is worth a warning from this many standard errors of one difference.
 constexpr double kHysteresisRatio = 4.0;
 constexpr double kDistinct_c = 0.5;
+constexpr int kInNoFold = -1;
 /// Error of a curve at its own rows over that at rows it had not seen: noise of a few rows reaches as far as this.
 constexpr double kMostOverJudged = 1.25;
 
 /// What the outer folds leave out, fold by fold.
 struct OuterFolds {
   std::string kind = "none";
-  std::vector<int> fold;  ///< of each row
+  std::vector<int> fold;  ///< of each row; kInNoFold: never left out
   std::vector<std::string> names;
 };
 
@@ -56,20 +58,21 @@ base::Status check_curve_rows(const CurveData& data, const CurveSubject& subject
   return {};
 }
 
-OuterFolds choose_folds(const CurveData& data) {
+/// Runs that stayed at one plateau are in no fold: left out they would say nothing of the shape.
+OuterFolds choose_folds(const CurveData& data, const std::set<int>& judges) {
   OuterFolds folds;
-  std::vector<int> branches;
-  for (const CurveRow& row : data.rows) branches.push_back(row.branch);
-  std::sort(branches.begin(), branches.end());
-  const auto branch_count = std::unique(branches.begin(), branches.end()) - branches.begin();
-  if (count_runs(data) >= kRunsForHoldout) {
+  std::set<int> branches;
+  for (const CurveRow& row : data.rows) {
+    if (judges.contains(row.run)) branches.insert(row.branch);
+  }
+  if (judges.size() >= kRunsForHoldout) {
     folds.kind = "run";
     folds.names = data.runs;
-    for (const CurveRow& row : data.rows) folds.fold.push_back(row.run);
-  } else if (branch_count >= 2) {
+    for (const CurveRow& row : data.rows) folds.fold.push_back(judges.contains(row.run) ? row.run : kInNoFold);
+  } else if (branches.size() >= 2) {
     folds.kind = "branch";
     folds.names = data.branches;
-    for (const CurveRow& row : data.rows) folds.fold.push_back(row.branch);
+    for (const CurveRow& row : data.rows) folds.fold.push_back(judges.contains(row.run) ? row.branch : kInNoFold);
   } else if (data.rows.size() >= 20) {
     folds.kind = "block";
     folds.fold = block_folds(data);
@@ -114,7 +117,7 @@ FoldSums sums_of_errors(const Curve& curve, const CurveData& held_out) {
 using FamilySums = std::array<std::optional<FoldSums>, kFamilyCount>;
 
 std::vector<FamilySums> run_outer_folds(const CurveData& data, const OuterFolds& folds, const CurveFitOptions& options,
-                                        CurveFit& fit) {
+                                        RuleChoice choice, CurveFit& fit) {
   std::vector<FamilySums> all;
   for (std::size_t f = 0; f < folds.names.size(); ++f) {
     std::vector<bool> train(data.rows.size());
@@ -125,7 +128,7 @@ std::vector<FamilySums> run_outer_folds(const CurveData& data, const OuterFolds&
     }
     const CurveData held_out = select(data, test);
     if (held_out.rows.empty()) continue;
-    const auto trained = train_families(select(data, train), options, rule_choice(count_runs(data)));
+    const auto trained = train_families(select(data, train), options, choice);
     if (!trained) continue;  // a fold that leaves too little to learn from says nothing about the model
     FoldErrors errors;
     errors.fold = folds.names[f];
@@ -178,14 +181,15 @@ bool beats_anfis(const std::vector<FamilySums>& folds, std::size_t k) {
 bool anfis_is_as_judged(const CurveData& data, const Curve& curve, const CurveFit& fit) {
   const auto& judged = fit.cross_validation[static_cast<std::size_t>(Family::anfis)];
   if (!judged) return true;
-  double squares = 0.0;
-  for (std::size_t run = 0; run < data.runs.size(); ++run) {
+  FoldSums sums;
+  for (const int run : judging_runs(data)) {
     std::vector<bool> keep;
-    for (const CurveRow& row : data.rows) keep.push_back(row.run == static_cast<int>(run));
-    const CurveData rows = select(data, keep);
-    if (!rows.rows.empty()) squares += sums_of_errors(curve, rows).shape;
+    for (const CurveRow& row : data.rows) keep.push_back(row.run == run);
+    const FoldSums of_run = sums_of_errors(curve, select(data, keep));
+    sums.count += of_run.count;
+    sums.shape += of_run.shape;
   }
-  return std::sqrt(squares / static_cast<double>(data.rows.size())) <= kMostOverJudged * judged->rmse_shape;
+  return std::sqrt(sums.shape / sums.count) <= kMostOverJudged * judged->rmse_shape;
 }
 
 Family choose_winner(const std::vector<FamilySums>& folds, const CurveFit& fit, bool anfis_competes) {
@@ -201,18 +205,15 @@ Family choose_winner(const std::vector<FamilySums>& folds, const CurveFit& fit, 
   return winner;
 }
 
-/// Whether there are enough runs to choose the family by what it says of held-out ones.
-bool judged_by_folds(const CurveFit& fit) { return fit.runs.size() > kRunsWithoutFolds; }
-
 void trace_curve(const CurveData& data, const TrainedFamilies& trained, std::span<const TypeBInput> type_b,
-                 const std::optional<SweepGap>& gap, CurveFit& fit) {
+                 RuleChoice choice, CurveFit& fit) {
   const FittedCurve& fitted = *trained[fit.deployed];
   fit.curve = fitted.curve;
-  const CurveVariance variance = variance_of(trained, fit.deployed, judged_by_folds(fit));
+  const CurveVariance variance = variance_of(trained, fit.deployed, choice == RuleChoice::folds_over_runs);
   const std::vector<double> temps_c = temperatures_of(fit);
   const auto runs = static_cast<double>(fit.runs.size());
   fit.budget =
-      curve_budget({data, fitted.curve, variance, trained.components, runs, gap, type_b, fit.one_way}, temps_c);
+      curve_budget({data, fitted.curve, variance, trained.components, runs, fit.sweeps, type_b, fit.one_way}, temps_c);
   for (std::size_t i = 0; i < temps_c.size(); ++i) {
     CurvePoint point{temps_c[i], evaluate(fit.curve, temps_c[i]), expanded_uncertainty(fit.budget, Band::mean, i),
                      std::nullopt};
@@ -222,8 +223,8 @@ void trace_curve(const CurveData& data, const TrainedFamilies& trained, std::spa
 }
 
 /// Why a baseline was taken instead of the ANFIS.
-std::string why_deployed(const CurveFit& fit, bool anfis_competed) {
-  if (!judged_by_folds(fit)) {
+std::string why_deployed(RuleChoice choice, bool anfis_competed) {
+  if (choice == RuleChoice::expected_error) {
     return fmt::format(
         "is deployed: its misfit of the rows and the error that its parameters add are together less than those of "
         "the ANFIS; {}",
@@ -233,7 +234,7 @@ std::string why_deployed(const CurveFit& fit, bool anfis_competed) {
                         : "is deployed: the ANFIS fits all runs worse than those held out in turn";
 }
 
-void add_curve_warnings(const CurveSubject& subject, CurveFit& fit, bool anfis_competed) {
+void add_curve_warnings(const CurveSubject& subject, RuleChoice choice, bool anfis_competed, CurveFit& fit) {
   if (fit.runs.size() < kRunsForHoldout) {
     fit.warnings.push_back({"few_runs", fit.runs.size() == 1
                                             ? "one run only: no held-out error can be given, the run-to-run scatter is "
@@ -242,13 +243,17 @@ void add_curve_warnings(const CurveSubject& subject, CurveFit& fit, bool anfis_c
                                             : "two runs only: no held-out error can be given and the run-to-run "
                                               "scatter is hardly known; at least 3 runs are "
                                               "needed"});
+  } else if (fit.holdout != "run") {
+    fit.warnings.push_back({"few_runs", fmt::format("of {} power-ons fewer than 3 went over several temperatures: no "
+                                                    "held-out error can be given; at least 3 such runs are needed",
+                                                    fit.runs.size())});
   }
   if (fit.rules == 0) {
     fit.warnings.push_back({"few_temperatures", fmt::format("{}: too few temperatures for an ANFIS; {} is deployed",
                                                             subject.name, name_of(fit.deployed))});
   } else if (fit.deployed != Family::anfis) {
     fit.warnings.push_back({"baseline_deployed", fmt::format("{}: {} {}", subject.name, name_of(fit.deployed),
-                                                             why_deployed(fit, anfis_competed))});
+                                                             why_deployed(choice, anfis_competed))});
   }
   if (!fit.one_way.ranges.empty()) fit.warnings.push_back(one_way_warning(fit.one_way));
   const auto& gap = fit.sweeps;
@@ -280,7 +285,9 @@ std::size_t distinct_temperatures(const CurveData& data) {
 base::Result<CurveFit> fit_curve(const CurveData& data, const CurveFitOptions& options, const CurveSubject& subject,
                                  std::span<const TypeBInput> type_b, const KnownHysteresis& hysteresis) {
   if (const auto checked = check_curve_rows(data, subject); !checked) return base::forward_error(checked);
-  auto trained = train_families(data, options, rule_choice(count_runs(data)));
+  const std::set<int> judges = judging_runs(data);
+  const RuleChoice choice = rule_choice(judges.size());
+  auto trained = train_families(data, options, choice);
   if (!trained) {
     base::Error error = trained.error();
     error.where = subject.name;
@@ -298,13 +305,13 @@ base::Result<CurveFit> fit_curve(const CurveData& data, const CurveFitOptions& o
   fit.temp_min_c = low->temp_c;
   fit.temp_max_c = high->temp_c;
 
-  const OuterFolds folds = choose_folds(data);
+  const OuterFolds folds = choose_folds(data, judges);
   fit.holdout = folds.kind;
-  const std::vector<FamilySums> sums = run_outer_folds(data, folds, options, fit);
+  const std::vector<FamilySums> sums = run_outer_folds(data, folds, options, choice, fit);
   fit.deployed = fit.rules > 0 ? Family::anfis : Family::spline;
   bool anfis_competed = true;
   if (folds.kind == "run") add_cross_validation(sums, fit);
-  if (fit.rules > 0 && !judged_by_folds(fit)) {
+  if (fit.rules > 0 && choice == RuleChoice::expected_error) {
     fit.deployed = least_expected_error(*trained);
   } else if (fit.rules > 0) {
     anfis_competed = anfis_is_as_judged(data, (*trained)[Family::anfis]->curve, fit);
@@ -315,13 +322,13 @@ base::Result<CurveFit> fit_curve(const CurveData& data, const CurveFitOptions& o
   fit.one_way.ranges = one_way_ranges(data);
   if (!fit.one_way.ranges.empty()) fit.one_way.known = hysteresis;
   fit.sweeps = find_sweep_gap(data, (*trained)[fit.deployed]->curve);
-  trace_curve(data, *trained, type_b, fit.sweeps, fit);
+  trace_curve(data, *trained, type_b, choice, fit);
   for (const CurvePoint& point : fit.points) {
     if (std::isfinite(point.value) && std::isfinite(point.ci95)) continue;
     return base::bad_input("the curve is not finite: check the unit of the column and void the runs that are wrong",
                            subject.name);
   }
-  add_curve_warnings(subject, fit, anfis_competed);
+  add_curve_warnings(subject, choice, anfis_competed, fit);
   return fit;
 }
 

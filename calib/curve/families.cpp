@@ -22,6 +22,8 @@ namespace {
 // How the rows scatter.
 
 constexpr int kComponentIterations = 12;
+/// Rows of one plateau lie closer together.
+constexpr double kApart_c = 0.5;
 
 /// A floor for the rows' variances, so that a row without a standard error does not weigh infinitely.
 double smallest_variance(const CurveData& data) {
@@ -108,15 +110,21 @@ anfis::VariableProjectionOptions quick_learner() {
 /// Resolved temperatures that must be left over once every consequent has its own: premises move too.
 constexpr int kSpareTemperatures = 2;
 
-/// Inner folds over runs: at most five, each run whole in one of them.
+/// Inner folds over runs: at most five, each run whole in one of them, and in each a run that has been at several
+/// temperatures.
 std::vector<int> run_folds(const CurveData& data) {
-  std::set<int> runs;
-  for (const CurveRow& row : data.rows) runs.insert(row.run);
-  std::vector<int> folds;
+  const std::set<int> judges = judging_runs(data);
+  const int folds = std::min(kMostInnerFolds, static_cast<int>(judges.size()));
+  std::map<int, int> fold_of_run;
+  int next = 0;
+  for (const int run : judges) fold_of_run[run] = next++ % folds;
+  std::vector<int> fold;
   for (const CurveRow& row : data.rows) {
-    folds.push_back(static_cast<int>(std::distance(runs.begin(), runs.find(row.run))) % kMostInnerFolds);
+    const auto [found, is_new] = fold_of_run.try_emplace(row.run, next % folds);
+    if (is_new) ++next;
+    fold.push_back(found->second);
   }
-  return folds;
+  return fold;
 }
 
 /// Rules and error of one shape: those with the least expected error on all rows, or the fewest within one standard
@@ -194,6 +202,18 @@ std::size_t count_runs(const CurveData& data) {
   std::set<int> runs;
   for (const CurveRow& row : data.rows) runs.insert(row.run);
   return runs.size();
+}
+
+std::set<int> judging_runs(const CurveData& data) {
+  std::map<int, double> first_c;
+  std::set<int> all;
+  std::set<int> judges;
+  for (const CurveRow& row : data.rows) {
+    const auto [first, is_new] = first_c.try_emplace(row.run, row.temp_c);
+    all.insert(row.run);
+    if (std::abs(row.temp_c - first->second) >= kApart_c) judges.insert(row.run);
+  }
+  return judges.empty() ? all : judges;
 }
 
 bool offsets_by_branch(const CurveData& data) {

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -71,12 +72,13 @@ inline constexpr std::size_t kRunsWithoutFolds = 3;
 /// Part of a `baseline_deployed` warning of so few runs; the report tells them by it from those judged on held-out
 /// runs.
 inline constexpr std::string_view kFewRunsAreNoJudge = "so few runs are no judge when held out";
+/// `runs`: those that can be judges (judging_runs()).
 [[nodiscard]] constexpr RuleChoice rule_choice(std::size_t runs) {
   return runs > kRunsWithoutFolds ? RuleChoice::folds_over_runs : RuleChoice::expected_error;
 }
 
 /// Fits every family to the rows. `choice`: that of the whole fit, also where an outer fold has left a run out of the
-/// rows; folds over runs need two runs.
+/// rows; folds over runs need two runs that have been at several temperatures.
 [[nodiscard]] base::Result<TrainedFamilies> train_families(const CurveData& data, const CurveFitOptions& options,
                                                            RuleChoice choice);
 
@@ -88,5 +90,9 @@ inline constexpr std::string_view kFewRunsAreNoJudge = "so few runs are no judge
 
 /// Number of different runs among the rows.
 [[nodiscard]] std::size_t count_runs(const CurveData& data);
+
+/// The runs that can judge a curve: those whose rows lie half a kelvin or more apart. A power-on that stayed at one
+/// plateau shows the level, and its own offset hides what it says of the shape. Where no run left its plateau: all.
+[[nodiscard]] std::set<int> judging_runs(const CurveData& data);
 
 }  // namespace soak::calib

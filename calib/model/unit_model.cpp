@@ -197,7 +197,14 @@ base::Result<SensorFit> fit_sensor(const UnitRows& rows, Sensor sensor, const Cu
     fit.relative = true;
     make_relative(fit.bias);
   }
-  if (const auto& scale = rows.scale[index_of(sensor)]) {
+  const auto& scale = rows.scale[index_of(sensor)];
+  if (scale && distinct_temperatures(*scale) < kCurveTemperatures) {
+    // Turns between positions show a gyro's scale where a power-on stays at one plateau, passes over the others do not.
+    fit.warnings.push_back(
+        {"scale_left_out", fmt::format("{}: its scale was measured at {} temperatures, a curve needs {}; "
+                                       "the model has none",
+                                       name, distinct_temperatures(*scale), kCurveTemperatures)});
+  } else if (scale) {
     auto scale_fit = fit_curve(*scale, {}, {name + " scale", "ppm", 1.0}, rows.scale_type_b[index_of(sensor)]);
     if (!scale_fit) return base::forward_error(scale_fit);
     fit.scale = std::move(*scale_fit);

@@ -160,5 +160,6 @@ CommandGroup backup_commands();
 CommandGroup user_commands();
 CommandGroup alarm_commands();
 CommandGroup nav_commands();
+CommandGroup plan_commands();
 
 }  // namespace soak::station

@@ -119,7 +119,8 @@ std::string step_list(const Plan& plan) {
 std::string reference_line(const Procedure& procedure) {
   if (!procedure.reference_c) return "no reference plateau\n";
   return fmt::format("reference plateau: each {} begins and ends at {:g} °C\n",
-                     procedure.cycle_at_visit ? "pass of two runs" : "run", *procedure.reference_c);
+                     procedure.cycle_at_visit ? fmt::format("pass of {} runs", 1 + procedure.cycles) : "run",
+                     *procedure.reference_c);
 }
 
 std::string rating_lines(const CheckedTypes& types) {

@@ -86,7 +86,7 @@ class Compiler {
     power_off();
   }
 
-  /// Once over all set points: one run, or two with a power cycle between.
+  /// Once over all set points: one run, or with power cycles one more than there are of them.
   void add_pass(int number) {
     begin_run(next_label(), false);
     const auto order = positions_of_run(procedure(), number);
@@ -94,8 +94,10 @@ class Compiler {
     for (std::size_t k = 0; k < set_points_c.size(); ++k) {
       add_visit(set_points_c[k], order);
       if (procedure().cycle_at_visit != static_cast<int>(k)) continue;
-      cycle_power();
-      add_visit(set_points_c[k], order);
+      for (int cycle = 0; cycle < procedure().cycles; ++cycle) {
+        cycle_power();
+        add_visit(set_points_c[k], order);
+      }
     }
     end_visits();
     warm_end();

@@ -246,8 +246,8 @@ void refuse_too_few_readings(const settings::Table& root, const Procedure& p) {
 
 void refuse_too_many_steps(const settings::Table& root, const Procedure& p) {
   const std::size_t spins = p.rate_positions.size() * (3 + 2 * p.rates_dps.size());
-  const std::size_t steps =
-      static_cast<std::size_t>(p.runs) * p.set_points_c.size() * (3 * p.positions.size() + spins + 2);
+  const std::size_t visits = p.set_points_c.size() + (p.cycle_at_visit ? static_cast<std::size_t>(p.cycles) : 0);
+  const std::size_t steps = static_cast<std::size_t>(p.runs) * visits * (3 * p.positions.size() + spins + 2);
   if (steps <= kMostSteps || !root.has("runs")) return;
   root.refuse(
       "runs",
@@ -257,9 +257,16 @@ void refuse_too_many_steps(const settings::Table& root, const Procedure& p) {
 
 void read_power(const settings::Table& table, Procedure& p) {
   constexpr std::string_view kCycle = "cycle_at_visit";
+  constexpr std::string_view kCycles = "cycles";
+  constexpr int kMostCycles = 99;
   p.power_off_s = table.number("off_s", {0.0, kDay_s}, p.power_off_s);
   p.warm_up_s = table.number("warm_up_s", {0.0, kDay_s}, p.warm_up_s);
-  if (!table.has(kCycle)) return;
+  p.cycles = table.whole(kCycles, {1, kMostCycles}, p.cycles);
+  if (!table.has(kCycle)) {
+    if (table.has(kCycles))
+      table.refuse(kCycles, "'power.cycles' needs cycle_at_visit: the visit after which it is done");
+    return;
+  }
   p.cycle_at_visit = table.whole(kCycle, {0, static_cast<int>(kMaxVisits)}, 0);
   const auto last = static_cast<int>(p.set_points_c.size()) - 1;
   if (p.kind != ProcedureKind::soak) {

@@ -84,6 +84,7 @@ struct Procedure {
   double power_off_s = 60.0;            ///< between runs
   double warm_up_s = 0.0;               ///< after power-on, before anything else
   std::optional<int> cycle_at_visit;    ///< after it units go off and on: a run ends and another begins there
+  int cycles = 1;                       ///< how often, one after the other; each time the visit is repeated
   double preflight_position_s = 100.0;  ///< six of them; 0 = no pre-flight
   double end_c = 25.0;                  ///< where a run ends; at least 25
   double estimate_rate_kpmin = 2.0;     ///< for the estimate of hours: how fast this lab's chamber changes

@@ -159,6 +159,69 @@ TEST(CurveFit, GivesNoHeldOutErrorUnderThreeRuns) {
   EXPECT_FALSE(one.points.front().pi95);
 }
 
+/// Power-ons that stay at 25 °C, each with a level of its own.
+void add_power_ons_at_one_plateau(CurveData& data, int count, const Campaign& campaign) {
+  base::Random random(campaign.seed, 12);
+  for (int i = 0; i < count; ++i) {
+    const int run = static_cast<int>(data.runs.size());
+    data.runs.push_back("R" + std::to_string(run + 1));
+    const double temp_c = 25.0 + 0.1 * random.gaussian();
+    const double value = truth_at(temp_c) + campaign.run_sigma * random.gaussian() + campaign.noise * random.gaussian();
+    data.rows.push_back(
+        {run, static_cast<int>(data.branches.size()), Sweep::unknown, 0.0, temp_c, value, campaign.noise});
+    data.branches.push_back(data.runs.back());
+  }
+}
+
+TEST(CurveFit, PowerOnsAtOnePlateauLeaveTheShapeOfASinglePassAsItIs) {
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    const Campaign campaign{.runs = 1, .seed = seed};
+    CurveData data = make_data(campaign);
+    const double alone = worst_shape_error(fit(data));
+    add_power_ons_at_one_plateau(data, 19, campaign);
+    const CurveFit result = fit(data);
+    EXPECT_LT(worst_shape_error(result), 1.5 * alone) << name_of(result.deployed) << " seed " << seed;
+    EXPECT_NE(result.holdout, "run");
+    EXPECT_TRUE(has_warning(result, "few_runs"));
+  }
+}
+
+TEST(CurveFit, AHeldOutPowerOnAtOnePlateauIsNoProofOfTheShape) {
+  const Campaign campaign{.runs = 5, .seed = 2};
+  CurveData data = make_data(campaign);
+  const auto error_of = [](const CurveFit& of) { return of.deployed_error().value().rmse_shape; };
+  const CurveFit passes = fit(data);
+  add_power_ons_at_one_plateau(data, 12, campaign);
+  const CurveFit result = fit(data);
+  EXPECT_EQ(result.checks.size(), 5U);
+  // The same five runs are held out: twelve zeros among their errors would make it a quarter less.
+  EXPECT_NEAR(error_of(result), error_of(passes), 0.1 * error_of(passes));
+}
+
+// The mean over power-ons scatters by the scatter of one over the root of their number, wherever they were.
+TEST(CurveFit, PowerOnsAtOnePlateauAverageTheLevelLikeWholeRuns) {
+  constexpr int kCampaigns = 30;
+  double squares = 0.0;
+  int inside = 0;
+  for (std::uint64_t seed = 1; seed <= kCampaigns; ++seed) {
+    const Campaign campaign{.runs = 3, .seed = 300 + seed};
+    CurveData data = make_data(campaign);
+    add_power_ons_at_one_plateau(data, 17, campaign);
+    const CurveFit result = fit(data, 6);
+    double mean = 0.0;
+    for (const CurvePoint& p : result.points) {
+      mean += (p.value - truth_at(p.temp_c)) / static_cast<double>(result.points.size());
+    }
+    squares += mean * mean;
+    const CurvePoint& middle = result.points[result.points.size() / 2];
+    inside += std::abs(middle.value - truth_at(middle.temp_c)) <= middle.ci95 ? 1 : 0;
+  }
+  // 0.02/√20, and its 95 % interval by chi-squared with 30 degrees of freedom; 95 % of 30 less three standard errors.
+  EXPECT_GT(std::sqrt(squares / kCampaigns), 0.00447 * std::sqrt(16.79 / 30.0));
+  EXPECT_LT(std::sqrt(squares / kCampaigns), 0.00447 * std::sqrt(46.98 / 30.0));
+  EXPECT_GE(inside, 25);
+}
+
 TEST(CurveFit, TracesTheRangeOfItsRowsDegreeByDegree) {
   const CurveData data = make_data({});
   const CurveFit result = fit(data, 6);

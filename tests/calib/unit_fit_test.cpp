@@ -191,6 +191,21 @@ TEST(UnitFit, LeavesOutASensorThatWasNotRecorded) {
   EXPECT_FALSE(model.accel_misalignment);
 }
 
+// The station turns its fixture while a unit that was switched on at a plateau records: its gyros' scale shows at that
+// temperature, and in no pass over the others.
+TEST(UnitFit, AScaleThatShowsAtOnePlateauAloneIsLeftOutAndSaid) {
+  auto rows = make_rows(make_input());
+  ASSERT_TRUE(rows);
+  CurveData scale = rows->scale[index_of(Sensor::accel_x)].value();
+  std::erase_if(scale.rows, [](const CurveRow& row) { return std::abs(row.temp_c - 10.0) > 1.0; });
+  rows->scale[index_of(Sensor::gyro_x)] = scale;
+  const auto fit = fit_sensor(*rows, Sensor::gyro_x, {});
+  ASSERT_TRUE(fit) << fit.error().message;
+  EXPECT_FALSE(fit->scale);
+  EXPECT_TRUE(warns(fit->warnings, "scale_left_out"));
+  EXPECT_NEAR(evaluate(fit->bias.curve, 25.0), gyro_truth(25.0), 3e-5);
+}
+
 TEST(UnitFit, OneAttitudeGivesAccelerometerBiasRelativeTo25Degrees) {
   UnitInput input = make_input();
   for (RunInput& run : input.runs) {

@@ -193,6 +193,12 @@ class Campaigns(Page):
         self.carry_out("docs/campaigns.md")
 
 
+class ChamberHours(Page):
+    def test_chamber_hours(self):
+        self.run_line("soak unit add SN0009 --type mti-300")
+        self.carry_out("docs/chamber-hours.md")
+
+
 class CheckStandard(Page):
     def test_check_standard(self):
         self.unit("SN0001")

@@ -11,9 +11,9 @@ AZIMUTHS = "azimuths_deg = [0, 90, 90, 90, 270, 90]"
 
 
 class DiscriminatingSteps(LabTest):
-    def test_a_power_cycle_makes_two_runs_at_one_temperature_while_the_chamber_holds_it(self):
+    def test_power_cycles_make_runs_at_one_temperature_while_the_chamber_holds_it(self):
         self.start_lab(rate=1000)
-        procedure = short_procedure(set_points=(20, 40, 20)).replace("off_s = 10", "off_s = 2000\ncycle_at_visit = 1")
+        procedure = short_procedure(set_points=(20, 40, 20)).replace("off_s = 10", "off_s = 2000\ncycle_at_visit = 1\ncycles = 2")
         self.start_campaign(procedure)
         self.wait_for_step("power_off", run="R01")
         mode, _, set_point_c, _ = self.chamber()
@@ -28,19 +28,21 @@ class DiscriminatingSteps(LabTest):
 
         runs = self.lab.soak_json("runs", "list")["runs"]
         self.assertEqual([(r["run"], r["purpose"], r["sealed"]) for r in runs],
-                         [("R01", "calibration", True), ("R02", "calibration", True)])
+                         [(run, "calibration", True) for run in ("R01", "R02", "R03")])
         recorded = []
         for run in runs:
             for s in self.lab.soak_json("runs", "show", run["run_id"])["segments"]:
                 recorded.append((run["run"], s["visit"], s["plateau_c"], s["sweep"], s["position"]))
         self.assertEqual(recorded, [(run, visit, plateau, sweep, position) for run, visit, plateau, sweep in
-                                    (("R01", 0, 20, "down"), ("R01", 1, 40, "up"), ("R02", 0, 40, "up"), ("R02", 1, 20, "down"))
+                                    (("R01", 0, 20, "down"), ("R01", 1, 40, "up"), ("R02", 0, 40, "up"), ("R03", 0, 40, "up"),
+                                     ("R03", 1, 20, "down"))
                                     for position in ("+Z", "-Z")])
-        # Each run has a power-on of its own: the device's clock begins anew. The second one's begins where the first one's
+        # Each run has a power-on of its own: the device's clock begins anew. The later ones begin where the first one's
         # temperature was, which nobody had to drive to.
-        (first_c,), (second_c,) = (self.query("SELECT avg(temp_c) FROM segment WHERE run_id = ? AND plateau_c = 40", r["run_id"])[0]
-                                   for r in runs)
+        (first_c,), (second_c,), (third_c,) = (self.query("SELECT avg(temp_c) FROM segment WHERE run_id = ? AND plateau_c = 40", r["run_id"])[0]
+                                               for r in runs)
         self.assertAlmostEqual(first_c, second_c, delta=1.0)
+        self.assertAlmostEqual(first_c, third_c, delta=1.0)
 
     def test_a_turn_of_the_fixture_is_asked_for_kept_in_the_run_and_taken_back(self):
         self.start_lab()

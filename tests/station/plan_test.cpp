@@ -182,6 +182,23 @@ TEST(Plan, APowerCycleEndsARunAndBeginsAnotherAtTheSamePlateauWithItsSweep) {
   EXPECT_EQ(plan.runs.size(), 4u);
 }
 
+TEST(Plan, PowerCyclesInARowRepeatTheVisitInRunsOfTheirOwn) {
+  Procedure p = two_positions();
+  p.set_points_c = {25.0, 5.0, 45.0};
+  p.runs = 2;
+  p.cycle_at_visit = 0;
+  p.cycles = 3;
+  p.preflight_position_s = 0.0;
+  const Plan plan = compile_plan(p);
+  std::vector<std::vector<double>> recorded_c(plan.runs.size());
+  for (const Step& step : plan.steps) {
+    if (step.kind == StepKind::set_temperature) recorded_c[static_cast<std::size_t>(step.run)].push_back(step.temp_c);
+  }
+  const std::vector<double> alone = {25.0};
+  const std::vector<double> pass = {25.0, 5.0, 45.0};
+  EXPECT_EQ(recorded_c, (std::vector{alone, alone, alone, pass, alone, alone, alone, pass}));
+}
+
 TEST(Plan, ATurnOfTheFixtureIsAskedForBeforeThePreflightAndTakenBackAtTheEnd) {
   Procedure p = two_positions();
   p.preflight_position_s = 20.0;

@@ -227,6 +227,8 @@ INSTANTIATE_TEST_SUITE_P(Procedure, OneMistake,
                                          Mistake{7, "[end]\ntemp_c = 24.9", "p.toml:9", "25"},
                                          Mistake{7, "[power]\ncycle_at_visit = 1", "p.toml:9", "visit 1"},
                                          Mistake{7, "[power]\ncycle_at_visit = -1", "p.toml:9", "cycle_at_visit"},
+                                         Mistake{7, "[power]\ncycles = 2", "p.toml:9", "cycle_at_visit"},
+                                         Mistake{7, "[power]\ncycles = 0", "p.toml:9", "cycles"},
                                          Mistake{7, "turned_deg = 181", "p.toml:8", "turned_deg"},
                                          Mistake{7, "[preflight]\nposition_s = -1", "p.toml:9", "position_s"}));
 

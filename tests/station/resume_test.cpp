@@ -30,13 +30,16 @@ std::vector<Plan> all_plans() {
   }
   for (const std::vector<double>& set_points_c : std::vector<std::vector<double>>{
            {10, 40, 40, 20}, {40}, {40, 0}, {-20, 0, 20, 40, 60, 40, 20, 0, -20}, {60, -40, 60, 10}}) {
-    for (const std::optional<int> cycle : {std::optional<int>(), std::optional<int>(0)}) {
+    for (const int cycles : {0, 1, 3}) {
       Procedure p;
       p.runs = 2;
       p.set_points_c = set_points_c;
       p.positions = {"+Y", "-Y", "+X"};
-      if (set_points_c.size() > 1) p.cycle_at_visit = cycle;
-      p.preflight_position_s = cycle ? 20.0 : 0.0;
+      if (set_points_c.size() > 1 && cycles > 0) {
+        p.cycle_at_visit = 0;
+        p.cycles = cycles;
+      }
+      p.preflight_position_s = cycles > 0 ? 20.0 : 0.0;
       plans.push_back(compile_plan(p, kRoomC));
     }
   }
