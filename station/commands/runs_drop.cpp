@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "station/commands/command.h"
+#include "station/commands/shared.h"
 #include "station/fit/fit_unit.h"
 #include "station/io/host.h"
 #include "station/io/text.h"
