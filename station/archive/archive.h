@@ -54,8 +54,8 @@ struct PullSummary {
 /// Brings all runs of the archive that the catalog does not have into it, each with its file, segments and void
 /// records, all or nothing, and what was voided since of those that it has. Each file is checked by its hash. At odds
 /// with this catalog are: another run of that campaign, unit and label; a campaign of another procedure; a unit of
-/// another type. Such a run does not hold the others. A unit's epoch becomes the higher one. `user` is who pulls. Fails
-/// (internal) where archive or disk do.
+/// another type; another file in the place of the run's. Such a run does not hold the others. A unit's epoch becomes
+/// the higher one. `user` is who pulls. Fails (bad_input) where no archive is, (internal) where archive or disk do.
 [[nodiscard]] base::Result<PullSummary> pull_from_archive(db::Catalog& catalog, const ArchiveStore& store,
                                                           const std::string& user, const ArchiveProgress& progress);
 
@@ -64,6 +64,7 @@ struct ArchiveListing {
   std::vector<ArchiveRecord> runs;  ///< each once, by the record with the most voids; by campaign and label
   std::vector<ArchiveTrouble> troubles;
 };
+/// Fails as pull_from_archive() does.
 [[nodiscard]] base::Result<ArchiveListing> list_archive(const ArchiveStore& store);
 
 /// Whether an archive holds what it says.
@@ -73,7 +74,7 @@ struct ArchiveCheck {
   std::vector<std::string> without_record;  ///< run files that no record names: of a push that was cut off
   std::vector<ArchiveTrouble> troubles;     ///< missing or damaged
 };
-/// Reads every byte of the archive.
+/// Reads every byte of the archive. Fails as pull_from_archive() does.
 [[nodiscard]] base::Result<ArchiveCheck> verify_archive(const ArchiveStore& store, const ArchiveProgress& progress);
 
 }  // namespace soak::station

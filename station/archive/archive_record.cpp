@@ -17,6 +17,8 @@ namespace {
 using nlohmann::json;
 
 constexpr std::string_view kRecordFormat = "soak-archive-1";
+/// One for each repair of a unit. A pull begins them one by one.
+constexpr std::int32_t kMostEpochs = 1000;
 
 json value_json(const db::RecordValue& value) {
   return std::visit(
@@ -123,8 +125,8 @@ ArchiveRecord record_of_json(const json& document) {
 
 /// Names become paths and rows of records that nobody can change.
 bool is_plausible(const ArchiveRecord& record) {
-  bool is = base::is_uuid(record.run_id) && record.file_name.ends_with(".soakrun") &&
-            base::is_uuid(record.file_name.substr(0, record.file_name.size() - 8)) &&
+  // Every recording and import names its file so; any other name may be that of another run's file here.
+  bool is = base::is_uuid(record.run_id) && record.file_name == record.run_id + ".soakrun" &&
             base::bytes_of_hex<32>(record.file_sha256) && !record.units.empty() &&
             record.units.size() == record.runs.size();
   for (const std::string* text : {&record.campaign, &record.procedure, &record.label}) {
@@ -132,10 +134,12 @@ bool is_plausible(const ArchiveRecord& record) {
   }
   for (std::size_t i = 0; is && i < record.units.size(); ++i) {
     const auto& [serial, type, epoch] = record.units[i];
-    is = serial == record.runs[i].unit && base::is_plain_line(serial) && base::is_plain_line(type) && epoch >= 0;
+    is = serial == record.runs[i].unit && base::is_plain_line(serial) && base::is_plain_line(type) && epoch >= 0 &&
+         epoch <= kMostEpochs;
   }
   for (const db::VoidRecord& entry : record.voids) {
-    is = is && base::is_plain_line(entry.reason) && base::is_plain_line(entry.user);
+    is = is && base::is_plain_line(entry.unit) && base::is_plain_line(entry.position.value_or("")) &&
+         base::is_plain_line(entry.reason) && base::is_plain_line(entry.user);
   }
   return is;
 }
@@ -183,11 +187,11 @@ base::Result<std::string> archive_record(const db::Catalog& catalog, const std::
 
 base::Result<ArchiveRecord> read_archive_record(std::string_view text, const std::string& where) {
   const json document = json::parse(text, nullptr, false);
-  const std::string format = document.is_object() ? document.value("format", "") : "";
-  if (format != kRecordFormat && format.starts_with("soak-archive-")) {
-    return base::bad_input(fmt::format("has the format {}, which a newer version of Soak reads", format), where);
-  }
   try {
+    const std::string format = document.is_object() ? document.value("format", "") : "";
+    if (format != kRecordFormat && format.starts_with("soak-archive-")) {
+      return base::bad_input(fmt::format("has the format {}, which a newer version of Soak reads", format), where);
+    }
     ArchiveRecord record = record_of_json(document);
     if (format == kRecordFormat && is_plausible(record)) return record;
     return base::corrupt("is no record of a run", where);

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "base/hash.h"
+#include "base/text.h"
 #include "db/durable.h"
 #include "station/io/host.h"
 #include "station/jobs/child.h"
@@ -25,9 +26,19 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view kOnItsWay = ".tmp-";
 
+/// Anything else is on its way, or of the file server's own.
+bool is_archived_name(std::string_view name) {
+  const auto dot = name.find('.');
+  if (dot == std::string_view::npos || !base::bytes_of_hex<32>(name.substr(0, dot))) return false;
+  return name.substr(dot) == ".json" || name.substr(dot) == ".soakrun";
+}
+
 class FolderStore final : public ArchiveStore {
  public:
   explicit FolderStore(fs::path folder) : folder_(std::move(folder)) {}
+
+  std::string place() const override { return folder_.string(); }
+  std::optional<fs::path> local_path(const std::string& name) const override { return folder_ / name; }
 
   base::Result<std::set<std::string>> list(const std::string& folder) const override {
     std::set<std::string> names;
@@ -36,7 +47,7 @@ class FolderStore final : public ArchiveStore {
     for (fs::directory_iterator entry(folder_ / folder, error); !error && entry != fs::end(entry);
          entry.increment(error)) {
       std::string name = entry->path().filename().string();
-      if (name.find(kOnItsWay) == std::string::npos) names.insert(std::move(name));
+      if (is_archived_name(name) && entry->is_regular_file(error)) names.insert(std::move(name));
     }
     if (error) return failed("list the archive", error, folder_ / folder);
     return names;
@@ -84,6 +95,9 @@ class RcloneStore final : public ArchiveStore {
  public:
   RcloneStore(fs::path program, std::string remote) : program_(std::move(program)), remote_(std::move(remote)) {}
 
+  std::string place() const override { return remote_; }
+  std::optional<fs::path> local_path(const std::string& /*name*/) const override { return std::nullopt; }
+
   base::Result<std::set<std::string>> list(const std::string& folder) const override {
     const auto end = call({"lsf", "--files-only", at(folder)});
     if (!end) return base::forward_error(end);
@@ -92,7 +106,9 @@ class RcloneStore final : public ArchiveStore {
     if (end->exit_status != 0 || !end->is_whole) return failed(*end, folder);
     std::set<std::string> names;
     std::istringstream lines(end->output);
-    for (std::string line; std::getline(lines, line);) names.insert(line);
+    for (std::string line; std::getline(lines, line);) {
+      if (is_archived_name(line)) names.insert(line);
+    }
     return names;
   }
 
@@ -110,7 +126,8 @@ class RcloneStore final : public ArchiveStore {
   }
 
   [[nodiscard]] base::Status copy(const std::string& from, const std::string& to) const {
-    const auto end = call({"copyto", from, to});
+    // The scratch file of a call before may have the same size and time, which rclone takes for the same content.
+    const auto end = call({"copyto", "--ignore-times", from, to});
     if (!end) return base::forward_error(end);
     if (end->exit_status != 0) return failed(*end, to);
     return {};
@@ -157,7 +174,9 @@ base::Result<std::string> file_sha256(const fs::path& file) {
 }
 
 base::Result<std::unique_ptr<ArchiveStore>> archive_store(const std::string& place) {
-  if (place.find(':') == std::string::npos) return std::make_unique<FolderStore>(place);
+  const auto colon = place.find(':');
+  // As rclone itself tells them apart: no remote's name has a slash.
+  if (colon == std::string::npos || place.find('/') < colon) return std::make_unique<FolderStore>(place);
   fs::path program = program_named("rclone");
   if (program.empty()) {
     return base::bad_input(

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <set>
 #include <string>
 
@@ -18,8 +19,12 @@ class ArchiveStore {
   ArchiveStore(const ArchiveStore&) = delete;
   ArchiveStore& operator=(const ArchiveStore&) = delete;
 
-  /// Names of the files in one of its folders, without those on their way; none where the folder is not there. Fails
-  /// (internal) where it cannot be read.
+  /// As the user named it.
+  [[nodiscard]] virtual std::string place() const = 0;
+  /// Where a file of that name lies on this machine; nothing for a remote.
+  [[nodiscard]] virtual std::optional<std::filesystem::path> local_path(const std::string& name) const = 0;
+  /// Names of the files in one of its folders that are named by a SHA-256, and of no others; none where the folder is
+  /// not there. Fails (internal) where it cannot be read.
   [[nodiscard]] virtual base::Result<std::set<std::string>> list(const std::string& folder) const = 0;
   /// Copies a file into the archive, where it has its name only once it is whole. Fails (internal), also where what
   /// arrived does not have that SHA-256 (of a remote: where rclone sees that).
@@ -35,8 +40,8 @@ class ArchiveStore {
 /// SHA-256 of a file in hexadecimal. Fails (internal) where it cannot be read.
 [[nodiscard]] base::Result<std::string> file_sha256(const std::filesystem::path& file);
 
-/// A folder, or what rclone reaches under a name with a colon ("s3:soak/archive"; its own configuration says how).
-/// Refuses (bad_input) a remote where rclone is not installed.
+/// A folder, or what rclone reaches under a name with a colon before any slash ("s3:soak/archive"; its own
+/// configuration says how). Refuses (bad_input) a remote where rclone is not installed.
 [[nodiscard]] base::Result<std::unique_ptr<ArchiveStore>> archive_store(const std::string& place);
 
 }  // namespace soak::station

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "station/commands/command.h"
@@ -67,6 +68,19 @@ std::string file_text(const MergedFile& merged) {
                      already, shard.up_to_date.size());
 }
 
+/// Which shards were not given; empty where all were.
+std::string missing_shards(int of, const std::set<int>& given) {
+  constexpr std::size_t kMostNamed = 10;
+  std::vector<int> named;
+  for (int shard = 1; shard <= of && named.size() < kMostNamed; ++shard) {
+    if (!given.contains(shard)) named.push_back(shard);
+  }
+  if (named.empty()) return {};
+  const std::size_t others = static_cast<std::size_t>(of) - given.size() - named.size();
+  return fmt::format("of {} shards these were not given: {}{}", of, fmt::join(named, ", "),
+                     others > 0 ? fmt::format(" and {} others", others) : "");
+}
+
 /// What is still to be done: shards that were not given, units that wait, units that failed.
 std::vector<std::string> remarks(const std::vector<MergedFile>& all) {
   std::vector<std::string> lines;
@@ -79,12 +93,7 @@ std::vector<std::string> remarks(const std::vector<MergedFile>& all) {
     for (const std::string& failure : merged.shard->failed) lines.push_back("not fitted: " + failure);
   }
   for (const auto& [of, shards] : given) {
-    std::vector<int> missing;
-    for (int shard = 1; shard <= of; ++shard) {
-      if (!shards.contains(shard)) missing.push_back(shard);
-    }
-    if (!missing.empty())
-      lines.push_back(fmt::format("of {} shards these were not given: {}", of, fmt::join(missing, ", ")));
+    if (auto missing = missing_shards(of, shards); !missing.empty()) lines.push_back(std::move(missing));
   }
   if (waiting > 0) {
     lines.push_back(fmt::format(

@@ -7,6 +7,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -39,7 +40,8 @@ struct ModelCompare final : CatalogCommand {
 struct Version {
   db::ModelRow row;
   calib::Calibration calibration;
-  nlohmann::json sensors;  ///< as `soak fit` printed them
+  nlohmann::json sensors;                   ///< as `soak fit` printed them
+  std::map<std::string, std::string> runs;  ///< content hash by the name that the fit printed
 };
 
 /// The difference of two bias curves at a temperature, in printed units.
@@ -68,6 +70,25 @@ struct SensorPair {
   HeldOutErrors held_out;
 };
 
+/// The runs of a fit. It printed labels, with their campaigns where two runs have one label. A name that may be of two
+/// recordings (a copy under another name is also in the catalog) is none.
+base::Result<std::map<std::string, std::string>> runs_of(const db::Catalog& catalog,
+                                                         const calib::Calibration& calibration) {
+  const auto rows = catalog.runs({.unit = calibration.unit, .campaign = {}, .run = {}});
+  if (!rows) return base::forward_error(rows);
+  std::map<std::string, std::set<std::string>> hashes;
+  for (const db::RunRow& run : *rows) {
+    if (std::ranges::find(calibration.run_hashes, run.content_sha256) == calibration.run_hashes.end()) continue;
+    hashes[run.label].insert(run.content_sha256);
+    hashes[run.campaign + "/" + run.label].insert(run.content_sha256);
+  }
+  std::map<std::string, std::string> runs;
+  for (const auto& [name, of] : hashes) {
+    if (of.size() == 1) runs.emplace(name, *of.begin());
+  }
+  return runs;
+}
+
 base::Result<Version> version_of(const db::Catalog& catalog, const std::string& unit, std::optional<int> number) {
   auto row = catalog.model(unit, number);
   if (!row) return base::forward_error(row);
@@ -80,7 +101,9 @@ base::Result<Version> version_of(const db::Catalog& catalog, const std::string& 
   const auto document = nlohmann::json::parse((*row)->document, nullptr, false);
   const nlohmann::json::json_pointer sensors("/fit/sensors");
   if (!document.contains(sensors)) return base::corrupt("the stored model cannot be read", "unit " + unit);
-  return Version{**std::move(row), *std::move(calibration), document[sensors]};
+  auto runs = runs_of(catalog, *calibration);
+  if (!runs) return base::forward_error(runs);
+  return Version{**std::move(row), *std::move(calibration), document[sensors], *std::move(runs)};
 }
 
 double ci95_at(const calib::UncertaintyTable& table, double temp_c) {
@@ -106,28 +129,31 @@ std::vector<CurveDifference> differences_of(const calib::SensorCalibration& befo
   return differences;
 }
 
-/// Errors of the deployed family on each run that was held out, by the run's label.
-std::map<std::string, double> errors_by_run(const nlohmann::json& sensor) {
+/// Errors of the deployed family on each run that was held out, by the run's content hash: two campaigns may give their
+/// runs the same labels.
+std::map<std::string, double> errors_by_run(const Version& version, std::string_view name) {
+  const nlohmann::json& sensor = version.sensors[name];
   std::map<std::string, double> errors;
   if (sensor.value("holdout", "") != "run") return errors;
   const std::string deployed = sensor.value("deployed", "");
   for (const nlohmann::json& check : sensor.at("checks")) {
     if (!check.contains(deployed) || !check[deployed].is_number()) continue;
     const double error = check[deployed];
-    if (error > 0.0) errors.emplace(check.at("held_out").get<std::string>(), error);
+    const auto run = version.runs.find(check.at("held_out").get<std::string>());
+    if (run != version.runs.end() && error > 0.0) errors.emplace(run->second, error);
   }
   return errors;
 }
 
 /// Paired over the runs that both versions held out: the mean of ln(after / before) with its interval by Student's t.
-HeldOutErrors compare_errors(const nlohmann::json& before, const nlohmann::json& after) {
+HeldOutErrors compare_errors(const Version& before, const Version& after, std::string_view sensor) {
   constexpr std::size_t kFewestRuns = 3;
-  const auto errors_after = errors_by_run(after);
+  const auto errors_after = errors_by_run(after, sensor);
   HeldOutErrors result;
   std::vector<double> logarithms;
   double squares_before = 0.0;
   double squares_after = 0.0;
-  for (const auto& [run, error] : errors_by_run(before)) {
+  for (const auto& [run, error] : errors_by_run(before, sensor)) {
     const auto other = errors_after.find(run);
     if (other == errors_after.end()) continue;
     logarithms.push_back(std::log(other->second / error));
@@ -159,8 +185,8 @@ std::vector<SensorPair> compare(const Version& before, const Version& after) {
     if (other == after.calibration.sensors.end()) continue;
     const std::string name(calib::name_of(one.sensor));
     if (!before.sensors.contains(name) || !after.sensors.contains(name)) continue;
-    list.push_back({one.sensor, one.model, other->model, differences_of(one, *other),
-                    compare_errors(before.sensors[name], after.sensors[name])});
+    list.push_back(
+        {one.sensor, one.model, other->model, differences_of(one, *other), compare_errors(before, after, name)});
   }
   return list;
 }

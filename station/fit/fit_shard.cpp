@@ -3,10 +3,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <mutex>
 #include <set>
 #include <utility>
 
+#include "base/hash.h"
+#include "base/text.h"
 #include "calib/model/model_document.h"
 #include "station/fit/fit_inputs.h"
 #include "station/fit/fit_unit.h"
@@ -14,6 +17,16 @@
 
 namespace soak::station {
 namespace {
+
+/// Whether a unit is in that part: by its serial number alone, so neither the order nor the other units matter.
+bool is_in_part(std::string_view serial, const ShardPart& part) {
+  base::Sha256 hash;
+  hash.update(serial);
+  const base::Sha256Digest digest = hash.finish();
+  std::uint64_t number = 0;
+  for (std::size_t i = 0; i < sizeof number; ++i) number = (number << 8U) | digest[i];
+  return number % static_cast<std::uint64_t>(part.of) == static_cast<std::uint64_t>(part.shard - 1);
+}
 
 base::Result<std::vector<std::string>> serials_of(const db::Catalog& catalog, const ShardPart& part) {
   const auto units = catalog.units();
@@ -54,6 +67,13 @@ ShardEntry other_entry(const BatchUnit& unit) {
   return entry;
 }
 
+/// They go to the terminal. A reason may have several lines.
+bool is_plain(const ShardEntry& entry) {
+  std::string failure = entry.failure;
+  std::ranges::replace(failure, '\n', ' ');
+  return base::is_plain_line(entry.unit) && base::is_plain_line(failure);
+}
+
 /// A shard on its way into a catalog.
 class Merge {
  public:
@@ -66,12 +86,14 @@ class Merge {
       return refuse(fmt::format("was fitted by Soak {}, and this is {}: fit it again with this one", head.software,
                                 software_version()));
     }
-    if (auto checked = reader_.for_each([this](const ShardEntry& entry) { return check(entry); }); !checked) {
-      return base::forward_error(checked);
-    }
     merged_.part = head.part;
     merged_.sha256 = reader_.sha256();
-    if (auto stored = catalog_.all_or_nothing([&] { return store(user); }); !stored) return base::forward_error(stored);
+    // In one transaction: what is voided between check and store would go unseen.
+    auto stored = catalog_.all_or_nothing([&]() -> base::Status {
+      auto checked = reader_.for_each([this](const ShardEntry& entry) { return check(entry); });
+      return checked ? store(user) : checked;
+    });
+    if (!stored) return base::forward_error(stored);
     return std::move(merged_);
   }
 
@@ -81,6 +103,10 @@ class Merge {
   }
 
   base::Status check(const ShardEntry& entry) {
+    if (!is_plain(entry)) {
+      return base::corrupt("an entry of the shard holds a serial number or a reason that is no plain text",
+                           file_.string());
+    }
     switch (entry.result) {
       case ShardResult::fitted:
         return check_model(entry);

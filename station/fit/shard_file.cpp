@@ -92,9 +92,17 @@ base::Result<std::optional<std::string>> next_line(std::ifstream& in, const std:
   return line;
 }
 
+/// Empty where the document states none.
+std::string format_of(const json& document) {
+  if (!document.is_object() || !document.contains("format") || !document["format"].is_string()) return {};
+  return document["format"];
+}
+
+bool is_part(std::int64_t shard, std::int64_t of) { return shard >= 1 && shard <= of && of <= kMostShards; }
+
 base::Result<ShardHead> read_head(const std::optional<std::string>& line, const std::string& where) {
   const json document = line ? json::parse(*line, nullptr, false) : json();
-  const std::string format = document.is_object() ? document.value("format", "") : "";
+  const std::string format = format_of(document);
   if (!format.starts_with("soak-shard-")) {
     return base::bad_input("is no result shard: give files that 'soak fit --all --shard' wrote", where);
   }
@@ -105,6 +113,13 @@ base::Result<ShardHead> read_head(const std::optional<std::string>& line, const 
   }
   try {
     ShardHead head = head_of(document);
+    if (!is_part(head.part.shard, head.part.of)) {
+      return base::corrupt(
+          fmt::format("the first line of the shard says that it is shard {} of {}, where 1 of 1 to {} of "
+                      "{} can be",
+                      head.part.shard, head.part.of, kMostShards, kMostShards),
+          where);
+    }
     // They go into records that nobody can change.
     if (base::is_plain_line(head.user) && base::is_plain_line(head.software)) return head;
     return base::corrupt("the first line of the shard holds a name that is no plain text", where);
@@ -139,21 +154,12 @@ base::Result<ShardPart> part_of_slurm() {
 
 }  // namespace
 
-bool is_in_part(std::string_view serial, const ShardPart& part) {
-  base::Sha256 hash;
-  hash.update(serial);
-  const base::Sha256Digest digest = hash.finish();
-  std::uint64_t number = 0;
-  for (std::size_t i = 0; i < sizeof number; ++i) number = (number << 8U) | digest[i];
-  return number % static_cast<std::uint64_t>(part.of) == static_cast<std::uint64_t>(part.shard - 1);
-}
-
 base::Result<ShardPart> parse_shard_part(const std::string& text) {
   if (text == "slurm") return part_of_slurm();
   const auto slash = text.find('/');
   const std::int64_t shard = base::parse_int(text.substr(0, slash)).value_or(0);
   const std::int64_t of = slash == std::string::npos ? 0 : base::parse_int(text.substr(slash + 1)).value_or(0);
-  if (shard < 1 || of < shard || of > kMostShards) {
+  if (!is_part(shard, of)) {
     return base::bad_input(fmt::format("must be I/N with I from 1 to N and N up to {}, or slurm", kMostShards));
   }
   return ShardPart{static_cast<int>(shard), static_cast<int>(of)};

@@ -23,9 +23,6 @@ struct ShardPart {
   int of = 1;
 };
 
-/// Whether a unit is in that part: by its serial number alone, so neither the order nor the other units matter.
-[[nodiscard]] bool is_in_part(std::string_view serial, const ShardPart& part);
-
 /// The part that `text` names: "3/8", or "slurm" for the task of a Slurm job array, by its environment
 /// (SLURM_ARRAY_TASK_ID, _MIN, _MAX, _COUNT). Refuses (bad_input) any other text, and an array with gaps. The message
 /// follows the option's name.

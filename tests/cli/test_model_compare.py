@@ -93,6 +93,23 @@ class ModelCompare(SoakTest):
         few = self.compared("--model", "3")
         self.assertEqual((few["verdict"], few["held_out"]["ratio"]), ("unknown", None))
 
+    def recorded(self, serial, campaigns):
+        """Runs R0 to R2 in each campaign, all of them other recordings of one unit."""
+        unit = Unit(60)
+        for campaign in campaigns:
+            for k in range(3):
+                path = self.write(f"{campaign}{k}.csv", unit.run(f"R{k}", ("up", "down")))
+                self.soak("import", path, "--unit", serial, "--campaign", campaign, "--gravity-mps2", "9.81")
+
+    def test_runs_of_one_label_in_two_campaigns_are_not_taken_for_each_other(self):
+        self.recorded("SN2", "ab")
+        for campaign in ("a", "b", None):
+            self.soak("fit", "--unit", "SN2", *(["--campaign", campaign] if campaign else []))
+        for before, after, common in ((1, 2, 0), (1, 3, 3), (2, 3, 3)):
+            sensor = self.soak_json("model-compare", "model", "compare", "--unit", "SN2", "--model", str(before), "--with", str(after))
+            self.assertEqual(sensor["sensors"]["gyro_x"]["held_out"]["runs"], common)
+            self.assertEqual(sensor["sensors"]["gyro_x"]["verdict"] == "unknown", common == 0)
+
     def test_unknown_versions_are_refused(self):
         self.refusal("model", "compare", "--unit", "SN1", "--model", "9")
         self.refusal("model", "compare", "--unit", "SN1", "--model", "1", "--with", "9")

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Units fitted by several tasks into result shards, which the station joins: the models are those of one machine."""
 import contextlib
+import hashlib
 import json
 import os
 import pathlib
@@ -192,6 +193,48 @@ class Shards(SoakTest):
         self.refused(4, bad)
         bad.write_text("t_s,run\n0,1\n")
         self.refused(2, bad)
+
+    def rewritten(self, file, change):
+        """A shard whose lines were changed by somebody who knows its format."""
+        lines = [json.loads(line) for line in file.read_text(encoding="utf-8").splitlines()[:-1]]
+        change(lines)
+        text = "".join(json.dumps(line) + "\n" for line in lines)
+        bad = self.folder / "rewritten"
+        bad.write_text(text + json.dumps({"entries": len(lines) - 1, "sha256": hashlib.sha256(text.encode()).hexdigest()}) + "\n", encoding="utf-8")
+        return bad
+
+    def test_a_head_that_no_task_writes_is_refused(self):
+        file, _ = self.fit_shard("1/1", "all")
+        for shard, of in ((-9, -5), (0, 1), (2, 1), (1, 2147483647), (1, 300000000)):
+            self.refused(4, self.rewritten(file, lambda lines, part={"shard": shard, "of": of}: lines[0].update(part)), f"{shard} of {of}")
+        self.refused(2, self.rewritten(file, lambda lines: lines[0].update(format=1)), "no result shard")
+
+    def test_text_that_would_write_over_the_terminal_is_refused(self):
+        file, _ = self.fit_shard("1/1", "all")
+        for entry in ({"unit": "SN\x1b[31m", "result": "up_to_date"}, {"unit": "SN1", "result": "failed", "failure": "a\nb\x1b[2J"}):
+            self.refused(4, self.rewritten(file, lambda lines, entry=entry: lines.append(entry)), "plain text")
+
+    def test_of_many_missing_shards_a_few_are_named(self):
+        file, _ = self.fit_shard("1/1", "all")
+        many = self.rewritten(file, lambda lines: lines[0].update(shard=3, of=100000))
+        remarks = json.loads(self.run_soak(self.data, "merge", many, "--json").stdout)["remarks"]
+        self.assertIn("of 100000 shards these were not given: 1, 2, 4, 5, 6, 7, 8, 9, 10, 11 and 99989 others", remarks)
+
+    def test_what_changes_while_a_merge_waits_for_the_catalog_is_seen(self):
+        file, _ = self.fit_shard("1/1", "all")
+        procedures = pathlib.Path(shutil.copytree(self.procedures, self.folder / "procedures"))
+        with contextlib.closing(sqlite3.connect(self.data / "station.db", isolation_level=None)) as db:
+            db.execute("BEGIN IMMEDIATE")
+            with subprocess.Popen([os.environ["SOAK_BIN"], "merge", str(file), "--data", str(self.data)], stderr=subprocess.PIPE, text=True,
+                                  env={**os.environ, "SOAK_PROCEDURES": str(procedures)}) as merge:
+                time.sleep(0.5)  # it reads until it must write, and waits; should it come later than that, the change counts as well
+                with (procedures / "units" / "silent.toml").open("a", encoding="utf-8") as unit_type:
+                    unit_type.write("[gyro]\nhysteresis_dps = 0.5\n")
+                db.execute("ROLLBACK")
+                message = merge.communicate()[1]
+        self.assertEqual(merge.returncode, 2)
+        self.assertIn("would take something else", message)
+        self.assertEqual(self.models(self.data), [])
 
     def test_strangers_are_refused_and_take_the_rest_of_their_shard_with_them(self):
         other = self.folder / "other"
