@@ -214,6 +214,14 @@ class PlanOfUnitsThatShowLittle(PlanTest):
         self.assertAlmostEqual(picture["sensors"]["accel_x"]["scale"], 0.07 / 8**0.5)
         self.assertEqual(document["warnings"], [])
 
+    def test_what_a_fit_would_warn_of_the_runs_is_said(self):
+        text = (self.folder / "little.csv").read_text(encoding="utf-8").replace(",R0", ",S0")
+        self.soak("import", self.write("again.csv", text), "--unit", "SN4", "--campaign", "again", "--gravity-mps2", "9.80665")
+        warnings = self.plan()["warnings"]
+        self.assertEqual({w["code"] for w in warnings}, {"copied_runs"})
+        self.assertTrue(all(w["text"].startswith("SN4: ") for w in warnings), warnings)
+        self.assertIn("warning: SN4: ", self.soak("plan", "--type", "mti-300", "-o", self.folder / "p.toml").stderr)
+
     def test_a_short_dwell_of_the_stored_units_is_said(self):
         remarks = self.plan()["picture"]["remarks"]
         self.assertTrue([r for r in remarks if "dwelt" in r and "600 s" in r], remarks)
