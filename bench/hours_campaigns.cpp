@@ -26,6 +26,7 @@ using Generator = std::mt19937_64;
 
 constexpr double kLow_c = -30.0;
 constexpr double kHigh_c = 70.0;
+constexpr double kRoom_c = 25.0;
 constexpr double kRun_dps = 0.01;          // a power-on's level
 constexpr double kWhite_dps_rthz = 0.012;  // density; a visit's bias is the mean of two positions
 constexpr double kInstability_dps = 4e-4;  // of each of three first-order processes, 2 min, 20 min and 3 h
@@ -96,6 +97,8 @@ calib::CurveData measure(const Unit& unit, const station::Plan& plan, Generator&
   calib::CurveData data;
   Instability slow(g);
   const double noise = kWhite_dps_rthz / std::sqrt(4.0 * plan.procedure.dwell_s);
+  double before_c = kRoom_c;
+  double way = 0.0;  // of the last change of the temperature, power-ons between or not
   for (const station::PlannedRun& planned : plan.runs) {
     if (planned.preflight) continue;
     const int run = static_cast<int>(data.runs.size());
@@ -107,12 +110,12 @@ calib::CurveData measure(const Unit& unit, const station::Plan& plan, Generator&
       const station::Step& step = plan.steps[i];
       since_s += step.estimate_s;
       t_s += step.estimate_s;
-      if (step.kind != station::StepKind::set_temperature) continue;
+      const bool end = step.kind == station::StepKind::warm_end;
+      if (!end && step.kind != station::StepKind::set_temperature) continue;
+      if (step.temp_c != before_c) way = step.temp_c > before_c ? 1.0 : -1.0;
+      before_c = step.temp_c;
+      if (end) continue;
       const double temp_c = step.temp_c + 0.15 * normal(g);
-      const bool turns = step.temp_c == kLow_c || step.temp_c == kHigh_c;
-      const double way = turns || step.sweep == calib::Sweep::unknown ? 0.0
-                         : step.sweep == calib::Sweep::up             ? 1.0
-                                                                      : -1.0;
       const double value =
           unit.curve(temp_c) + way * unit.loop(temp_c) + level + slow.after(since_s, g) + noise * normal(g);
       since_s = 0.0;
@@ -227,7 +230,7 @@ void run_fleet(Fleet fleet, int units, std::uint64_t seed) {
                name, planned.passes, planned.plateaus, planned.return_every, planned.power_cycles, planned.dwell_s);
   for (int i = 0; i < units; ++i) {
     const Unit unit = draw_unit(fleet, g);
-    run_campaign(name, i, "full", station::full_campaign(), unit, type, g);
+    run_campaign(name, i, "full", station::full_campaign(kLow_c, kHigh_c), unit, type, g);
     run_campaign(name, i, "six-runs", {.passes = 6, .plateaus = 21, .return_every = 0}, unit, type, g);
     run_campaign(name, i, "coarse", {.passes = 6, .plateaus = 6}, unit, type, g);
     run_ramp(name, i, unit, g);

@@ -198,7 +198,7 @@ base::Result<SensorFit> fit_sensor(const UnitRows& rows, Sensor sensor, const Cu
     make_relative(fit.bias);
   }
   const auto& scale = rows.scale[index_of(sensor)];
-  if (scale && distinct_temperatures(*scale) < kCurveTemperatures) {
+  if (scale && is_gyro(sensor) && distinct_temperatures(*scale) < kCurveTemperatures) {
     // Turns between positions show a gyro's scale where a power-on stays at one plateau, passes over the others do not.
     fit.warnings.push_back(
         {"scale_left_out", fmt::format("{}: its scale was measured at {} temperatures, a curve needs {}; "

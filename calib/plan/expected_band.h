@@ -13,7 +13,7 @@ namespace soak::calib {
 /// A visit to a plateau, in all positions.
 struct PlannedVisit {
   double temp_c = 0.0;
-  Sweep sweep = Sweep::unknown;
+  Sweep sweep = Sweep::unknown;  ///< the last change of temperature; unknown: where the branches of a loop meet
 
   bool operator==(const PlannedVisit&) const = default;
 };

@@ -8,6 +8,7 @@
 #include <limits>
 #include <map>
 #include <optional>
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -107,35 +108,89 @@ std::optional<double> visit_variance_of(const UnitScatter& scatter, double rows,
   return std::max(0.0, squares / freedoms - scatter.noise_variance);
 }
 
-base::Result<UnitScatter> scatter_of(const StoredCurve& unit) {
-  const CurveData& data = unit.data;
-  UnitScatter scatter;
-  scatter.dwell_s = unit.dwell_s;
-  const auto components = estimate_variance_components(data);
-  if (!components) return base::forward_error(components);
-  scatter.components = *components;
-  anfis::TrainingData rows = training_data(data, *components);
+/// Places of a unit's temperatures.
+class Places {
+ public:
+  explicit Places(const CurveData& data) {
+    std::vector<double> temps_c;
+    for (const CurveRow& row : data.rows) temps_c.push_back(row.temp_c);
+    middles_c_ = temperature_clusters(temps_c, kSameTemperature_c, kMostTemperatures);
+  }
+  [[nodiscard]] std::size_t count() const { return middles_c_.size(); }
+  [[nodiscard]] std::size_t of(const CurveRow& row) const { return nearest(middles_c_, row.temp_c); }
+
+ private:
+  std::vector<double> middles_c_;
+};
+
+/// Runs that were at one place alone: whatever they read goes into their offset, so that they show neither curve nor
+/// gap.
+std::set<int> runs_of_one_place(const CurveData& data, const Places& places) {
+  std::map<int, std::set<std::size_t>> visited;
+  for (const CurveRow& row : data.rows) visited[row.run].insert(places.of(row));
+  std::set<int> alone;
+  for (const auto& [run, at] : visited) {
+    if (at.size() == 1 && places.count() > 1) alone.insert(run);
+  }
+  return alone;
+}
+
+base::Result<FittedCurve> smooth_curve(const CurveData& data, const VarianceComponents& components) {
+  anfis::TrainingData rows = training_data(data, components);
   if (count_runs(data) < 2) {
     rows.group.clear();
   } else {
     rows.group_variance = std::numeric_limits<double>::infinity();
   }
-  const auto spline = fit_smoothing_spline(rows);
+  return fit_smoothing_spline(rows);
+}
+
+/// A pass of `scatter_of`: components, and places about the smooth curve through `flat`, which are the rows of `data`
+/// less what is known of the gap.
+base::Result<UnitScatter> scatter_about(const CurveData& data, const CurveData& flat, const Places& places) {
+  UnitScatter scatter;
+  const auto components = estimate_variance_components(flat);
+  if (!components) return base::forward_error(components);
+  scatter.components = *components;
+  const auto spline = smooth_curve(flat, *components);
   if (!spline) return base::forward_error(spline);
-  const auto offsets = offsets_of_runs(data, spline->curve);
-  std::vector<double> temps_c;
-  for (const CurveRow& row : data.rows) temps_c.push_back(row.temp_c);
-  const std::vector<double> middles_c = temperature_clusters(temps_c, kSameTemperature_c, kMostTemperatures);
-  scatter.places.resize(middles_c.size());
+  const auto offsets = offsets_of_runs(flat, spline->curve);
+  const std::set<int> alone = runs_of_one_place(data, places);
+  scatter.places.resize(places.count());
+  double rows = 0.0;
   for (const CurveRow& row : data.rows) {
-    PlateauSums& place = scatter.places[nearest(middles_c, row.temp_c)];
+    scatter.noise_variance += row.standard_error * row.standard_error / static_cast<double>(data.rows.size());
+    if (alone.contains(row.run)) continue;
+    PlateauSums& place = scatter.places[places.of(row)];
     RowSums& sums = row.sweep == Sweep::down ? place.down : place.up;
     sums.add(row, offsets.at(row.run), evaluate(spline->curve, row.temp_c));
-    scatter.noise_variance += row.standard_error * row.standard_error / static_cast<double>(data.rows.size());
+    rows += 1.0;
   }
-  std::erase_if(scatter.places, [](const PlateauSums& place) { return place.up.count + place.down.count == 0.0; });
-  scatter.visit_variance =
-      visit_variance_of(scatter, static_cast<double>(data.rows.size()), static_cast<double>(offsets.size()));
+  scatter.visit_variance = visit_variance_of(scatter, rows, static_cast<double>(offsets.size() - alone.size()));
+  return scatter;
+}
+
+/// The rows without half the gap of their place, which would pass for scatter of rows, and so hide that of power-ons.
+CurveData without_gap(const CurveData& data, const std::vector<PlateauSums>& sums, const Places& places) {
+  CurveData flat = data;
+  for (CurveRow& row : flat.rows) {
+    const PlateauSums& place = sums[places.of(row)];
+    if (!place.both()) continue;
+    const double half = 0.5 * (place.up.mean() - place.down.mean());
+    row.value -= row.sweep == Sweep::down ? -half : half;
+  }
+  return flat;
+}
+
+base::Result<UnitScatter> scatter_of(const StoredCurve& unit) {
+  const CurveData& data = unit.data;
+  const Places places(data);
+  const auto first = scatter_about(data, data, places);
+  if (!first) return base::forward_error(first);
+  auto scatter = scatter_about(data, without_gap(data, first->places, places), places);
+  if (!scatter) return base::forward_error(scatter);
+  scatter->dwell_s = unit.dwell_s;
+  std::erase_if(scatter->places, [](const PlateauSums& place) { return place.up.count + place.down.count == 0.0; });
   return scatter;
 }
 

@@ -49,9 +49,10 @@ struct LearntPicture {
 };
 
 /// Scatter of the rows: mean squares over the units; that of visits is of rows of the same temperature and direction
-/// where a unit has several runs, else all that a smooth curve leaves. Scale, length and smoothness: those of the
-/// largest marginal likelihood of all units' mean curves, each with a level of its own that is integrated out
-/// (Rasmussen and Williams, eq. 2.45), on a grid of steps of a quarter; lengths from 3 to 200 °C.
+/// where a unit has several runs, else all that a smooth curve leaves; that of power-ons is of rows without half the
+/// gap of their temperature. Runs that stayed at one temperature show power-ons alone. Scale, length and smoothness:
+/// those of the largest marginal likelihood of all units' mean curves, each with a level of its own that is integrated
+/// out (Rasmussen and Williams, eq. 2.45), on a grid of steps of a quarter; lengths from 3 to 200 °C.
 ///
 /// Mean curves are the rows less their run's offset about a smoothing spline, averaged per temperature (0.5 K) and
 /// direction. The plateaus' spacing bounds what can be learnt: of a feature between them the units show nothing, and a

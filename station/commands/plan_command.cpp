@@ -10,6 +10,7 @@
 #include "base/text.h"
 #include "station/commands/command.h"
 #include "station/commands/shared.h"
+#include "station/config/procedure.h"
 #include "station/io/text_file.h"
 #include "station/plan/campaign_plan.h"
 
@@ -35,6 +36,9 @@ base::Status read_accuracy(const std::string& text, PlanRequest& request) {
     if (equals == std::string_view::npos) return base::bad_input(kRight);
     const auto value = base::parse_double(part.substr(equals + 1));
     const std::string_view key = part.substr(0, equals);
+    if ((key == "gyro_dps" && request.gyro) || (key == "accel_mps2" && request.accel)) {
+      return base::bad_input(fmt::format("'{}' may be given once only", key));
+    }
     if (!value || !(*value > 0.0) || (key != "gyro_dps" && key != "accel_mps2")) return base::bad_input(kRight);
     if (key == "gyro_dps") request.gyro = *value / calib::printed_per_si(calib::Sensor::gyro_x);
     if (key == "accel_mps2") request.accel = *value;
@@ -46,8 +50,9 @@ void PlanCommand::declare(OptionList& options) {
   options.add("--type NAME", &type, "Unit type: its stored units, or its file, say what to expect").required();
   options.add(
       "--accuracy gyro_dps=X,accel_mps2=Y", [this](const std::string& text) { return read_accuracy(text, request); },
-      "Half-width of the 95 % band of the mean curve that is wanted at all temperatures (default: that of the full "
-      "campaign)");
+      "Half-width of the 95 % band of the mean curve that is wanted at all temperatures (default: what is expected of "
+      "the "
+      "full campaign)");
   options.add("--hours H", &request.hours, "Hours of the chamber, at most").range(1.0, 100'000.0);
   options.add("-o,--output FILE", &file, "Procedure to write").required();
 }
@@ -123,16 +128,19 @@ base::Status PlanCommand::run_with(db::Catalog& catalog, Output& output) {
   const PlanOption& chosen = plan->options[plan->chosen];
   const std::string text = procedure_text(chosen.design, {picture->low_c, picture->high_c, *known},
                                           fmt::format("planned-{}", known->name), description_of(chosen, known->name));
+  if (const auto right = parse_procedure(text, file, {*known}); !right) return base::forward_error(right);
   if (const auto written = write_text_file(file, text); !written) return written;
   if (output.json()) {
     nlohmann::json document = plan_json(*plan, *picture, known->name, request);
     document["file"] = file;
+    document["warnings"] = warnings_json(picture->warnings);
     return output.print_json(document);
   }
   output.print(picture_text(*picture));
   output.print(plan_text(*plan));
   output.print(
       fmt::format("{} holds the chosen procedure, {:.1f} h; see: soak procedure check {}\n", file, chosen.hours, file));
+  for (const calib::Warning& warning : picture->warnings) output.note("warning: " + warning.text);
   if (chosen.relative > 1.0) {
     output.note(
         fmt::format("the accuracy is not reached within the hours: the band is {:.2f} times as wide", chosen.relative));

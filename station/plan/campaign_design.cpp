@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <optional>
 #include <set>
 #include <utility>
 
@@ -20,6 +21,27 @@ namespace soak::station {
 namespace {
 
 constexpr double kSecondsPerHour = 3600.0;
+constexpr std::array kSteps_c = {4.0, 5.0, 7.5, 10.0};
+
+/// Plateaus at most `step_c` apart, four or more.
+int plateaus_for(double range_c, double step_c) {
+  return 1 + std::max(3, static_cast<int>(std::ceil(range_c / step_c - 1e-9)));
+}
+
+/// A basic string of TOML.
+std::string quoted(const std::string& text) {
+  std::string out = "\"";
+  for (const char c : text) {
+    const auto code = static_cast<unsigned char>(c);
+    if (c == '"' || c == '\\') out += '\\';
+    if (code < 0x20 || code == 0x7f) {
+      out += fmt::format("\\u{:04X}", code);
+    } else {
+      out += c;
+    }
+  }
+  return out + '"';
+}
 
 double plateau_c(const PassDesign& design, const PlannedRange& range, int i) {
   // Tenths of a degree: what controllers take.
@@ -27,7 +49,8 @@ double plateau_c(const PassDesign& design, const PlannedRange& range, int i) {
   return std::round(10.0 * exact_c) / 10.0;
 }
 
-/// Up over all plateaus, and back over those that are wanted, the lowest last.
+/// Over all plateaus, and back over those that are wanted to the first one. That one is the end of the range farther
+/// from where runs end, so that the temperature turns at it: the branches of a loop meet there.
 std::vector<double> set_points_c(const PassDesign& design, const PlannedRange& range) {
   std::vector<double> points;
   for (int i = 0; i < design.plateaus; ++i) points.push_back(plateau_c(design, range, i));
@@ -36,19 +59,41 @@ std::vector<double> set_points_c(const PassDesign& design, const PlannedRange& r
     points.push_back(plateau_c(design, range, i));
   }
   points.push_back(points.front());
+  if (range.low_c <= end_of_runs_c(range.type)) return points;
+  for (double& point : points) point = std::round(10.0 * (range.low_c + range.high_c - point)) / 10.0;
   return points;
 }
 
-/// Runs that record the same visits count as power-ons of one kind.
+/// The visits of a compiled plan, each with the way by which the unit got there, from the end of the run before where
+/// it begins one; of no way at the coldest and the hottest place of all, where the temperature turns. Runs that record
+/// the same visits count as power-ons of one kind.
 calib::CampaignDesign recorded_by(const Plan& plan) {
+  const auto drives = [](const Step& step) {
+    return step.kind == StepKind::set_temperature || step.kind == StepKind::warm_end;
+  };
+  double coldest_c = plan.procedure.end_c;
+  double hottest_c = plan.procedure.end_c;
+  for (const Step& step : plan.steps) {
+    if (!drives(step)) continue;
+    coldest_c = std::min(coldest_c, step.temp_c);
+    hottest_c = std::max(hottest_c, step.temp_c);
+  }
   calib::CampaignDesign design;
   design.dwell_s = plan.procedure.dwell_s;
+  std::optional<double> before_c;
+  calib::Sweep way = calib::Sweep::unknown;
   for (const PlannedRun& run : plan.runs) {
     if (run.preflight) continue;
     calib::PlannedPowerOn power_on;
     for (std::size_t i = run.first_step; i <= run.last_step; ++i) {
       const Step& step = plan.steps[i];
-      if (step.kind == StepKind::set_temperature) power_on.visits.push_back({step.temp_c, step.sweep});
+      if (!drives(step)) continue;
+      if (before_c && step.temp_c != *before_c) way = step.temp_c > *before_c ? calib::Sweep::up : calib::Sweep::down;
+      if (!before_c) way = step.sweep;
+      before_c = step.temp_c;
+      if (step.kind != StepKind::set_temperature) continue;
+      const bool turns = step.temp_c == coldest_c || step.temp_c == hottest_c;
+      power_on.visits.push_back({step.temp_c, turns ? calib::Sweep::unknown : way});
     }
     const auto same = std::ranges::find(design.power_ons, power_on.visits, &calib::PlannedPowerOn::visits);
     if (same == design.power_ons.end()) {
@@ -69,15 +114,23 @@ std::string power_table(const PassDesign& design, const calib::UnitType& type) {
 
 }  // namespace
 
-PassDesign full_campaign() { return {.passes = 20, .plateaus = 21, .return_every = 0}; }
+double end_of_runs_c(const calib::UnitType& type) {
+  const Procedure standard;
+  return std::max(standard.end_c, type.temp_min_c ? *type.temp_min_c + standard.overshoot_c : standard.end_c);
+}
+
+PassDesign full_campaign(double low_c, double high_c) {
+  constexpr int kPlateaus = 21;
+  return {
+      .passes = 20, .plateaus = std::min(kPlateaus, plateaus_for(high_c - low_c, kSteps_c.front())), .return_every = 0};
+}
 
 std::vector<PassDesign> designs_for(double low_c, double high_c) {
   constexpr double kBothWaysWithin_c = 2.0 * calib::kOtherWayWithin_c;
-  constexpr std::array kSteps_c = {4.0, 5.0, 7.5, 10.0};
   std::set<int> plateaus;
-  for (const double step_c : kSteps_c) {
-    plateaus.insert(1 + std::max(3, static_cast<int>(std::ceil((high_c - low_c) / step_c - 1e-9))));
-  }
+  for (const double step_c : kSteps_c) plateaus.insert(plateaus_for(high_c - low_c, step_c));
+  // Its reference plateau gives the full campaign one more.
+  if (const int full = full_campaign(low_c, high_c).plateaus; full == *plateaus.rbegin()) plateaus.insert(full + 1);
   std::vector<PassDesign> designs;
   for (const int count : plateaus) {
     const double step_c = (high_c - low_c) / (count - 1);
@@ -99,15 +152,20 @@ std::string procedure_text(const PassDesign& design, const PlannedRange& range, 
                            const std::string& description) {
   std::string text = fmt::format(
       "# docs/procedures.md explains every key, docs/chamber-hours.md how this was planned.\n"
-      "name = \"{}\"\ndescription = \"{}\"\npurpose = \"calibration\"\nkind = \"soak\"\nruns = {}\n\n"
+      "name = {}\ndescription = {}\npurpose = \"calibration\"\nkind = \"soak\"\nruns = {}\n\n"
       "[temperatures]\nlist_c = [{:.1f}]\n",
-      name, description, design.passes, fmt::join(set_points_c(design, range), ", "));
-  if (range.low_c < calib::kReferencePlateau_c && range.high_c > calib::kReferencePlateau_c) {
+      quoted(name), quoted(description), design.passes, fmt::join(set_points_c(design, range), ", "));
+  if (design.return_every == 0 && range.low_c < calib::kReferencePlateau_c &&
+      range.high_c > calib::kReferencePlateau_c) {
     text += fmt::format("\n[reference]\ntemp_c = {:.1f}\n", calib::kReferencePlateau_c);
   }
   text += fmt::format("\n[positions]\norder = [\"+X\", \"-X\", \"+Y\", \"-Y\", \"+Z\", \"-Z\"]\ndwell_s = {:.1f}\n",
                       design.dwell_s);
-  return text + power_table(design, range.type);
+  text += power_table(design, range.type);
+  if (const double temp_c = end_of_runs_c(range.type); temp_c != Procedure().end_c) {
+    text += fmt::format("\n[end]\ntemp_c = {:.1f}\n", temp_c);
+  }
+  return text;
 }
 
 base::Result<DesignedCampaign> designed_campaign(const PassDesign& design, const PlannedRange& range) {

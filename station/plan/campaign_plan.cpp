@@ -91,6 +91,13 @@ base::Result<PlanOption> choose(const std::vector<PlanOption>& options, const Pl
   const auto enough = std::ranges::find_if(options, [](const PlanOption& option) { return option.relative <= 1.0; });
   if (!request.hours) {
     if (enough != options.end()) return *enough;
+    if (!request.gyro && !request.accel) {
+      return base::bad_input(
+          fmt::format("no design is expected to be as good as the full campaign: the best one, of {:.1f} h, has a band "
+                      "{:.2f} times as wide; say what you need with --accuracy, or give --hours",
+                      best->hours, best->relative),
+          "--type");
+    }
     return base::bad_input(fmt::format("no design reaches the accuracy: the best one, of {:.1f} h, has a band {:.2f} "
                                        "times as wide; ask for that, or give --hours",
                                        best->hours, best->relative),
@@ -125,7 +132,7 @@ base::Status check_known(const PlanRequest& request, const TypePicture& picture)
 base::Result<CampaignPlan> plan_campaign(const TypePicture& picture, const calib::UnitType& type,
                                          const PlanRequest& request) {
   if (const auto known = check_known(request, picture); !known) return base::forward_error(known);
-  auto full = option_of(full_campaign(), picture, type);
+  auto full = option_of(full_campaign(picture.low_c, picture.high_c), picture, type);
   if (!full) return base::forward_error(full);
   const Yardsticks yardsticks = yardsticks_of(request, *full);
   full->relative = relative_to(yardsticks, *full);

@@ -10,10 +10,12 @@
 #include <utility>
 
 #include "base/statistics.h"
+#include "calib/curve/curve_fit.h"
 #include "calib/estimate/unit_rows.h"
 #include "calib/vocabulary/warning.h"
 #include "station/config/procedure.h"
 #include "station/fit/fit_unit.h"
+#include "station/plan/campaign_design.h"
 
 namespace soak::station {
 namespace {
@@ -23,6 +25,7 @@ struct StoredCurves {
   std::array<std::vector<calib::StoredCurve>, calib::kSensorCount> sensors;
   std::vector<std::string> units;
   std::vector<double> plateaus_c;
+  std::vector<calib::Warning> warnings;
 };
 
 /// Typical recording in one position.
@@ -36,13 +39,21 @@ double dwell_of(const calib::UnitInput& input) {
   return seconds.empty() ? 0.0 : base::median(seconds);
 }
 
-void add_unit(const calib::UnitInput& input, const calib::UnitRows& rows, StoredCurves& stored) {
+bool shows_curve(const std::optional<calib::CurveData>& bias) {
+  return bias && bias->by_plateau && calib::distinct_temperatures(*bias) >= calib::kCurveTemperatures;
+}
+
+void add_unit(const calib::UnitInput& input, const calib::UnitRows& rows, const std::vector<calib::Warning>& warnings,
+              StoredCurves& stored) {
   const double dwell_s = dwell_of(input);
   // One attitude, or no plateaus: nothing that positions at plateaus would give.
-  if (dwell_s <= 0.0 || rows.relative_accel) return;
+  if (dwell_s <= 0.0 || rows.relative_accel || std::ranges::none_of(rows.bias, shows_curve)) return;
   stored.units.push_back(input.unit);
+  for (const calib::Warning& warning : warnings) {
+    stored.warnings.push_back({warning.code, fmt::format("{}: {}", input.unit, warning.text)});
+  }
   for (std::size_t s = 0; s < calib::kSensorCount; ++s) {
-    if (rows.bias[s] && rows.bias[s]->by_plateau) stored.sensors[s].push_back({*rows.bias[s], dwell_s});
+    if (shows_curve(rows.bias[s])) stored.sensors[s].push_back({*rows.bias[s], dwell_s});
   }
   for (const calib::RunInput& run : input.runs) {
     for (const calib::Segment& segment : run.segments) {
@@ -76,7 +87,7 @@ base::Result<StoredCurves> stored_curves(const db::Catalog& catalog, const std::
     const auto input = load_unit(catalog, unit.serial, std::nullopt, warnings);
     if (!input) return base::forward_error(input);
     const auto rows = calib::make_rows(*input);
-    if (rows) add_unit(*input, *rows, stored);  // what a fit refuses teaches nothing
+    if (rows) add_unit(*input, *rows, warnings, stored);  // what a fit refuses teaches nothing
   }
   return stored;
 }
@@ -119,21 +130,55 @@ void complete(const calib::UnitType& type, calib::Sensor sensor, const calib::Le
     known.remarks.push_back(fmt::format(
         "{}: no stored unit has two power-ons; their scatter is assumed from the type's limit", name_of(sensor)));
   }
-  if (learnt.run_to_run_known || limit) known.sensors[index_of(sensor)] = picture;
+  if (learnt.run_to_run_known || limit) {
+    known.sensors[index_of(sensor)] = picture;
+  } else {
+    known.remarks.push_back(fmt::format(
+        "{}: not planned for, as no stored unit has two power-ons and the type states no limit", name_of(sensor)));
+  }
+}
+
+/// What the type's file says of a sensor that the stored units do not show, with a remark.
+void stand_in(const calib::UnitType& type, calib::Sensor sensor, TypePicture& known) {
+  known.sensors[index_of(sensor)] = stated_picture(type, sensor);
+  known.remarks.push_back(fmt::format("{}: no stored unit shows a curve of it; {}", name_of(sensor),
+                                      known.sensors[index_of(sensor)]
+                                          ? "curve and scatter of power-ons are assumed from the type's limit"
+                                          : "it is not planned for, as the type states no limit"));
+}
+
+/// Nobody knows how slow the noise of these sensors is.
+void remark_dwell(const StoredCurves& stored, TypePicture& known) {
+  constexpr double kRounding = 0.95;
+  double shortest_s = PassDesign().dwell_s;
+  for (const auto& curves : stored.sensors) {
+    for (const calib::StoredCurve& curve : curves) shortest_s = std::min(shortest_s, curve.dwell_s);
+  }
+  const double full_s = full_campaign(known.low_c, known.high_c).dwell_s;
+  if (shortest_s >= kRounding * full_s) return;
+  known.remarks.push_back(fmt::format(
+      "stored units dwelt {:.0f} s in a position: a longer dwell, of the full campaign {:.0f} s too, counts "
+      "as no better than theirs",
+      shortest_s, full_s));
 }
 
 base::Status add_learnt(const calib::UnitType& type, const StoredCurves& stored, TypePicture& known) {
   for (const calib::Sensor sensor : calib::kSensors) {
     const auto& curves = stored.sensors[index_of(sensor)];
-    if (curves.empty()) continue;
+    if (curves.empty()) {
+      stand_in(type, sensor, known);
+      continue;
+    }
     const auto learnt = calib::learn_picture(curves);
     if (!learnt) return base::forward_error(learnt);
     complete(type, sensor, *learnt, known);
   }
   known.units = stored.units;
+  known.warnings = stored.warnings;
   const auto [low, high] = std::ranges::minmax(stored.plateaus_c);
   known.low_c = std::max(low, *type.temp_min_c + Procedure().overshoot_c);
   known.high_c = std::min(high, *type.temp_max_c - Procedure().overshoot_c);
+  remark_dwell(stored, known);
   return {};
 }
 
@@ -145,6 +190,28 @@ void add_stated(const calib::UnitType& type, TypePicture& known) {
   known.remarks.push_back(
       "no unit of this type is stored with a model: curves and the scatter of power-ons are assumed from the limits of "
       "the type's file, each with half of the variance; calibrate one unit in full, then plan again");
+}
+
+/// Whether plateaus fit into the range, and the end of a run into the rating.
+base::Status check_range(const calib::UnitType& type, const TypePicture& known) {
+  constexpr double kHottestEnd_c = 60.0;  // that a procedure takes
+  const double end_c = end_of_runs_c(type);
+  if (end_c > kHottestEnd_c || end_c + Procedure().overshoot_c > *type.temp_max_c) {
+    return base::bad_input(
+        fmt::format(
+            "unit type '{}' is rated {:g} to {:g} °C: no run can end there, which takes {:g} to {:g} °C with an "
+            "overshoot of {:g} K on either side",
+            type.name, *type.temp_min_c, *type.temp_max_c, Procedure().end_c, kHottestEnd_c, Procedure().overshoot_c),
+        "--type");
+  }
+  if (known.high_c - known.low_c >= kNarrowestRange_c) return {};
+  return base::bad_input(
+      fmt::format("unit type '{}' is rated {:g} to {:g} °C, {}: plateaus of {:g} to {:g} °C, where a plan needs {:g} K",
+                  type.name, *type.temp_min_c, *type.temp_max_c,
+                  known.units.empty() ? "which leaves, in whole steps of 5 K after an overshoot of 2 K"
+                                      : "and the stored runs cover",
+                  known.low_c, known.high_c, kNarrowestRange_c),
+      "--type");
 }
 
 }  // namespace
@@ -164,6 +231,7 @@ base::Result<TypePicture> picture_of_type(const db::Catalog& catalog, const cali
     break;
   }
   if (known.units.empty()) add_stated(type, known);
+  if (const auto right = check_range(type, known); !right) return base::forward_error(right);
   if (std::ranges::none_of(known.sensors, [](const auto& sensor) { return sensor.has_value(); })) {
     return base::bad_input(
         fmt::format("nothing is known of units of type '{}': none is stored with runs at plateaus and "

@@ -93,6 +93,17 @@ TEST(ExpectedBand, HysteresisCancelsBothWaysAndStaysOneWay) {
   EXPECT_NEAR(band_of(picture, up, {20.0}).level_sigma, std::hypot(one_way, 0.03), 0.001);
 }
 
+// Power-ons on one branch bring it into the level by their share; where the branches meet they bring nothing.
+TEST(ExpectedBand, PowerOnsOnOneBranchMoveTheLevel) {
+  SensorPicture picture = some_picture();
+  picture.half_gap = 0.03;
+  const auto sigma = [&](const PlannedVisit& visit) {
+    return band_of(picture, {{loop({0.0, 20.0, 40.0}, 3), {{visit}, 27}}}, {20.0}).level_sigma;
+  };
+  EXPECT_GT(sigma({20.0, Sweep::up}), 0.8 * 0.9 * 0.03);
+  EXPECT_LT(sigma({0.0, Sweep::unknown}), 0.1 * 0.03);
+}
+
 TEST(ExpectedBand, IsWidestBetweenThePlateausAndNarrowerWithMoreOfThem) {
   const SensorPicture picture = some_picture();
   std::vector<double> coarse_c;

@@ -105,6 +105,38 @@ TEST(SensorPicture, LearnsWhatUnitsWereDrawnFrom) {
   EXPECT_DOUBLE_EQ(picture.dwell_s, 300.0);
 }
 
+// A gap of ten times the scatter of power-ons.
+TEST(SensorPicture, HysteresisDoesNotHideTheScatterOfPowerOns) {
+  Generator generator(9);
+  std::vector<StoredCurve> units;
+  for (int i = 0; i < 8; ++i) units.push_back(stored(featured_curve(0.0, generator), {.half_gap = 0.1}, generator));
+  const auto learnt = learn_picture(units);
+  ASSERT_TRUE(learnt);
+  EXPECT_NEAR(learnt->picture.half_gap, 0.1, 0.001);
+  EXPECT_NEAR(learnt->picture.run_to_run, 0.01, 0.004);  // 24 offsets about their means
+  EXPECT_NEAR(learnt->picture.visit, 0.0006, 0.0003);
+}
+
+// Power cycles at the beginning of each pass, as planned campaigns have them: each gives its own level and nothing
+// else.
+TEST(SensorPicture, PowerOnsAtOnePlateauShowTheirScatterAlone) {
+  Generator generator(10);
+  std::normal_distribution<double> normal;
+  auto unit = stored(featured_curve(0.0, generator), {.half_gap = 0.005}, generator);
+  const auto before = learn_picture(std::vector{unit});
+  for (int run = 4; run < 40; ++run) {
+    unit.data.runs.push_back("C" + std::to_string(run));
+    const double value = -0.2 + 0.01 * normal(generator);
+    unit.data.rows.push_back({run, run, Sweep::down, 0.0, 20.0, value, 0.0008});
+  }
+  unit.data.branches = unit.data.runs;
+  const auto after = learn_picture(std::vector{unit});
+  ASSERT_TRUE(before && after);
+  EXPECT_NEAR(after->picture.half_gap, before->picture.half_gap, 0.0002);
+  EXPECT_NEAR(after->picture.visit, before->picture.visit, 0.0002);
+  EXPECT_GT(after->picture.run_to_run, 0.005);
+}
+
 TEST(SensorPicture, LocalFeaturesMakeItExpectMoreOnTheWayFromPlateauToPlateau) {
   const auto smooth = learn_picture(fleet(4, [](Generator& g) { return featured_curve(0.0, g); }, 6));
   const auto featured = learn_picture(fleet(4, [](Generator& g) { return featured_curve(0.05, g); }, 6));

@@ -206,6 +206,14 @@ TEST(UnitFit, AScaleThatShowsAtOnePlateauAloneIsLeftOutAndSaid) {
   EXPECT_NEAR(evaluate(fit->bias.curve, 25.0), gyro_truth(25.0), 3e-5);
 }
 
+TEST(UnitFit, AnAccelerometersScaleAtOnePlateauAloneIsRefused) {
+  auto rows = make_rows(make_input());
+  ASSERT_TRUE(rows);
+  std::erase_if(rows->scale[index_of(Sensor::accel_x)].value().rows,
+                [](const CurveRow& row) { return std::abs(row.temp_c - 10.0) > 1.0; });
+  EXPECT_FALSE(fit_sensor(*rows, Sensor::accel_x, {}));
+}
+
 TEST(UnitFit, OneAttitudeGivesAccelerometerBiasRelativeTo25Degrees) {
   UnitInput input = make_input();
   for (RunInput& run : input.runs) {

@@ -7,6 +7,7 @@ import random
 import shutil
 import subprocess
 import tempfile
+import tomllib
 import unittest
 
 from soak_cli import HEADER, SoakTest
@@ -96,6 +97,15 @@ class PlanOfStoredUnits(PlanTest):
             self.assertAlmostEqual(sensor["noise"], 0.004 / 48**0.5, delta=0.3 * 0.004 / 48**0.5)
             self.assertLess(sensor["half_gap"], 0.001)
 
+    def test_power_cycles_are_done_where_the_branches_of_a_loop_meet(self):
+        document = self.plan("--accuracy", "gyro_dps=0.02")
+        self.assertGreater(document["options"][document["chosen"]]["power_cycles"], 0)
+        procedure = tomllib.loads((self.folder / "planned.toml").read_text(encoding="utf-8"))
+        self.assertEqual(procedure["power"]["cycle_at_visit"], 0)
+        points = procedure["temperatures"]["list_c"]
+        self.assertEqual((points[0], points[-1]), (-20, -20))
+        self.assertNotIn("reference", procedure)
+
     def test_options_cost_more_and_buy_more_and_the_cheapest_good_one_is_chosen(self):
         document = self.plan()
         options = document["options"]
@@ -139,7 +149,7 @@ class PlanOfStoredUnits(PlanTest):
 
     def test_what_cannot_be_had_is_refused_and_no_file_is_written(self):
         for arguments, names in ((["--accuracy", "gyro_dps=0.00001"], "--accuracy"), (["--hours", "2"], "--hours"),
-                                 (["--accuracy", "gyro_dps=0"], "gyro_dps"), (["--accuracy", "mag=1"], "accel_mps2")):
+                                 (["--accuracy", "gyro_dps=0"], "gyro_dps"), (["--accuracy", "gyro_dps=1,gyro_dps=0.03"], "once"), (["--accuracy", "mag=1"], "accel_mps2")):
             error = self.refusal("plan", "--type", "mti-300", "-o", self.folder / "none.toml", *arguments)
             self.assertIn(names, error["message"] + error["where"])
         self.assertFalse((self.folder / "none.toml").exists())
@@ -161,6 +171,62 @@ class PlanOfStoredUnits(PlanTest):
             self.assertAlmostEqual(sensor["temp_max_c"], 60, delta=0.5)
 
 
+def ramp(seed):
+    """One run in six positions, each a ramp up over -20 to 60 degrees: no plateau is named."""
+    noise = random.Random(seed)
+    lines = [HEADER]
+    t_s = 0.0
+    for label, up in UPS.items():
+        for k in range(400):
+            temp_c = -20 + 0.2 * k
+            rates = [0.002 * temp_c + noise.gauss(0, 0.004) for _ in range(3)]
+            forces = [9.80665 * u + noise.gauss(0, 0.004) for u in up]
+            lines.append(f"{t_s:.1f},R01,ramp,up,,{label},{temp_c:.2f},{temp_c:.3f},{','.join(f'{x:.6f}' for x in rates + forces)}")
+            t_s += 2.0
+    return "\n".join(lines) + "\n"
+
+
+class PlanOfRamps(PlanTest):
+    def test_units_without_plateaus_teach_nothing_and_the_type_stands_in(self):
+        self.soak("import", self.write("ramp.csv", ramp(3)), "--unit", "SN3", "--type", "mti-300", "--gravity-mps2", "9.80665")
+        self.soak("fit", "--unit", "SN3", "--rules", "3")
+        picture = self.plan()["picture"]
+        self.assertEqual((picture["source"], picture["units"]), ("type", []))
+
+
+class PlanOfUnitsThatShowLittle(PlanTest):
+    def setUp(self):
+        super().setUp()
+        # Gyros alone.
+        lines = campaign([there_and_back(20)] * 3, seed=4).splitlines()
+        def without_accel(line):
+            return ",".join(line.split(",")[:-3] + ["", "", ""])
+        text = "\n".join([HEADER] + [without_accel(line) for line in lines[1:]]) + "\n"
+        self.soak("import", self.write("little.csv", text), "--unit", "SN4", "--type", "mti-300", "--gravity-mps2", "9.80665")
+        self.soak("fit", "--unit", "SN4", "--rules", "2")
+
+    def test_the_types_limit_stands_in_for_sensors_that_they_do_not_show(self):
+        document = self.plan()
+        picture = document["picture"]
+        self.assertEqual((picture["source"], picture["units"]), ("units", ["SN4"]))
+        self.assertTrue([r for r in picture["remarks"] if r.startswith("accel_x: no stored unit shows")], picture["remarks"])
+        # The limit is 0.07 m/s2: 95 % of what is wrong, half of the variance over temperature.
+        self.assertAlmostEqual(picture["sensors"]["accel_x"]["scale"], 0.07 / 8**0.5)
+        self.assertEqual(document["warnings"], [])
+
+    def test_what_a_fit_would_warn_of_the_runs_is_said(self):
+        text = (self.folder / "little.csv").read_text(encoding="utf-8").replace(",R0", ",S0")
+        self.soak("import", self.write("again.csv", text), "--unit", "SN4", "--campaign", "again", "--gravity-mps2", "9.80665")
+        warnings = self.plan()["warnings"]
+        self.assertEqual({w["code"] for w in warnings}, {"copied_runs"})
+        self.assertTrue(all(w["text"].startswith("SN4: ") for w in warnings), warnings)
+        self.assertIn("warning: SN4: ", self.soak("plan", "--type", "mti-300", "-o", self.folder / "p.toml").stderr)
+
+    def test_a_short_dwell_of_the_stored_units_is_said(self):
+        remarks = self.plan()["picture"]["remarks"]
+        self.assertTrue([r for r in remarks if "dwelt" in r and "600 s" in r], remarks)
+
+
 class PlanOfATypeAlone(PlanTest):
     def setUp(self):
         super().setUp()
@@ -174,6 +240,33 @@ class PlanOfATypeAlone(PlanTest):
         self.assertEqual((document["picture"]["temp_min_c"], document["picture"]["temp_max_c"]), (-35, 80))
         self.assertIn("assumed", self.soak("plan", "--type", "mti-300", "-o", self.folder / "p.toml").stdout)
         self.check()
+
+    def type_rated(self, low_c, high_c, name="rated"):
+        """A unit type of the user's, with the limits of a gyro."""
+        types = self.folder / "types"
+        types.mkdir(exist_ok=True)
+        text = "\n".join([f"name = '{name}'", "[rating]", f"temp_min_c = {low_c}", f"temp_max_c = {high_c}", "[limits]", "gyro = 0.5"])
+        (types / f"{name}.toml").write_text(text + "\n", encoding="utf-8")
+        os.environ["SOAK_UNIT_TYPES"] = str(types)
+        self.addCleanup(os.environ.pop, "SOAK_UNIT_TYPES", None)
+        return name
+
+    def test_ranges_that_make_no_campaign_are_refused_by_the_name_of_the_type(self):
+        for low_c, high_c in ((22, 28), (20, 29), (-60, 20), (70, 120)):
+            name = self.type_rated(low_c, high_c)
+            error = self.refusal("plan", "--type", name, "-o", self.folder / "none.toml")
+            self.assertEqual(error["where"], "--type")
+            self.assertIn(f"rated {low_c} to {high_c}", error["message"])
+        self.assertFalse((self.folder / "none.toml").exists())
+
+    def test_hot_and_narrow_ranges_make_procedures_and_names_stay_themselves(self):
+        for low_c, high_c, name in ((40, 90, "hot"), (15, 32, "narrow"), (-40, 85, 'q"t')):
+            self.type_rated(low_c, high_c, name)
+            self.soak_json("plan", "plan", "--type", name, "-o", self.folder / "planned.toml")
+            checked = self.soak_json("procedure-check", "procedure", "check", self.folder / "planned.toml", "--type", name)
+            self.assertEqual(checked["name"], f"planned-{name}")
+            points = sorted(set(checked["set_points_c"]))
+            self.assertGreater(min(b - a for a, b in zip(points, points[1:])), 1)
 
     def test_a_type_of_which_nothing_is_known_is_refused(self):
         error = self.refusal("plan", "--type", "vn-200", "-o", self.folder / "p.toml")

@@ -4,10 +4,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdlib>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <set>
+
+#include "station/plan/campaign_design.h"
 
 namespace soak::station {
 namespace {
@@ -197,6 +200,91 @@ TEST(Plan, PowerCyclesInARowRepeatTheVisitInRunsOfTheirOwn) {
   const std::vector<double> alone = {25.0};
   const std::vector<double> pass = {25.0, 5.0, 45.0};
   EXPECT_EQ(recorded_c, (std::vector{alone, alone, alone, pass, alone, alone, alone, pass}));
+}
+
+/// The part of `half_gap` that a plan's power-ons at one plateau see on average: 1 where all are on the heating branch.
+/// From the steps alone; the loop opens in the middle of all temperatures and is closed where they turn.
+double lone_share_of_gap(const Plan& plan) {
+  double low_c = 25.0;
+  double high_c = 25.0;
+  for (const Step& step : plan.steps) {
+    low_c = std::min(low_c, step.temp_c);
+    high_c = std::max(high_c, step.temp_c);
+  }
+  double before_c = 25.0;
+  double way = 0.0;
+  std::vector<std::vector<double>> runs(plan.runs.size());
+  for (const Step& step : plan.steps) {
+    if (step.kind != StepKind::set_temperature && step.kind != StepKind::warm_end) continue;
+    if (step.temp_c != before_c) way = step.temp_c > before_c ? 1.0 : -1.0;
+    before_c = step.temp_c;
+    const double z = (2.0 * step.temp_c - low_c - high_c) / (high_c - low_c);
+    if (step.kind == StepKind::set_temperature) runs[static_cast<std::size_t>(step.run)].push_back(way * (1.0 - z * z));
+  }
+  double sum = 0.0;
+  double count = 0.0;
+  for (const auto& visits : runs) {
+    if (visits.size() != 1) continue;
+    sum += visits.front();
+    count += 1.0;
+  }
+  return count > 0.0 ? sum / count : 1.0;
+}
+
+calib::UnitType type_rated(double low_c, double high_c) {
+  calib::UnitType type;
+  type.name = "rated";
+  type.temp_min_c = low_c;
+  type.temp_max_c = high_c;
+  return type;
+}
+
+TEST(Plan, PowerCyclesOfADesignAreDoneWhereTheBranchesOfTheLoopMeet) {
+  const PassDesign design{.passes = 3, .plateaus = 11, .power_cycles = 9};
+  for (const auto& [low_c, high_c, at_c] : {std::array{-30.0, 70.0, -30.0}, std::array{45.0, 85.0, 85.0}}) {
+    const PlannedRange range{low_c, high_c, type_rated(low_c - 5.0, high_c + 5.0)};
+    const auto procedure = parse_procedure(procedure_text(design, range, "p", ""), "p", {range.type});
+    ASSERT_TRUE(procedure) << procedure.error().message;
+    EXPECT_NEAR(lone_share_of_gap(compile_plan(*procedure)), 0.0, 1e-12);
+    const auto campaign = designed_campaign(design, range);
+    ASSERT_TRUE(campaign);
+    int alone = 0;
+    for (const calib::PlannedPowerOn& power_on : campaign->recorded.power_ons) {
+      if (power_on.visits.size() > 1) continue;
+      alone += power_on.count;
+      EXPECT_EQ(power_on.visits.front(), (calib::PlannedVisit{at_c, Sweep::unknown}));
+    }
+    EXPECT_EQ(alone, 27);
+  }
+}
+
+TEST(Plan, PlateausOfTheFullCampaignAreNoCloserThanThoseOfTheDesigns) {
+  EXPECT_EQ(full_campaign(-30.0, 70.0).plateaus, 21);
+  EXPECT_EQ(full_campaign(-40.0, 100.0).plateaus, 21);
+  for (const double range_c : {6.0, 10.0, 23.0, 60.0}) {
+    const int full = full_campaign(20.0, 20.0 + range_c).plateaus;
+    const auto finest = std::ranges::max(designs_for(20.0, 20.0 + range_c), {}, &PassDesign::plateaus).plateaus;
+    EXPECT_EQ(finest, full + 1);
+    EXPECT_GE(range_c / (finest - 1), 1.5);
+  }
+}
+
+TEST(Plan, ANameThatIsNoBareTextStaysItself) {
+  const std::string name = "a \"b\" c:\\d\n\x7f";
+  const PlannedRange range{-30.0, 70.0, type_rated(-40.0, 85.0)};
+  const auto procedure = parse_procedure(procedure_text({}, range, name, name), "p", {});
+  ASSERT_TRUE(procedure) << procedure.error().message;
+  EXPECT_EQ(procedure->name, name);
+  EXPECT_EQ(procedure->description, name);
+}
+
+TEST(Plan, AVisitThatBeginsARunIsReachedFromTheEndOfTheRunBefore) {
+  const auto full = designed_campaign(full_campaign(-30.0, 70.0), {-30.0, 70.0, type_rated(-40.0, 85.0)});
+  ASSERT_TRUE(full);
+  ASSERT_EQ(full->recorded.power_ons.size(), 2u);
+  EXPECT_EQ(full->recorded.power_ons[0].visits.front(), (calib::PlannedVisit{25.0, Sweep::unknown}));
+  EXPECT_EQ(full->recorded.power_ons[1].visits.front(), (calib::PlannedVisit{25.0, Sweep::down}));
+  EXPECT_EQ(full->recorded.power_ons[1].count, 19);
 }
 
 TEST(Plan, ATurnOfTheFixtureIsAskedForBeforeThePreflightAndTakenBackAtTheEnd) {
