@@ -92,10 +92,12 @@ class Pull {
     const fs::path temporary = path.parent_path() / (new_run_id() + ".soakrun.tmp");
     auto pulled = get_checked(store_, kArchiveFiles, archived_file_name(record.file_sha256), temporary);
     bool placed = false;
+    const std::size_t voids_before = summary_.voids;
     if (pulled) pulled = catalog_.all_or_nothing([&] { return enter(record, temporary, path, placed); });
     std::error_code ignored;
     fs::remove(temporary, ignored);
     if (!pulled && placed) take_back(record, path);
+    if (!pulled) summary_.voids = voids_before;
     if (!pulled) return pulled;
     seen_.insert(record.run_id);
     summary_.runs.push_back(name_of_run(record));

@@ -115,9 +115,9 @@ base::Result<ShardHead> read_head(const std::optional<std::string>& line, const 
     ShardHead head = head_of(document);
     if (!is_part(head.part.shard, head.part.of)) {
       return base::corrupt(
-          fmt::format("the first line of the shard says that it is shard {} of {}, where 1 of 1 to {} of "
-                      "{} can be",
-                      head.part.shard, head.part.of, kMostShards, kMostShards),
+          fmt::format(
+              "the first line of the shard says shard {} of {}; I of N can be, with I from 1 to N and N up to {}",
+              head.part.shard, head.part.of, kMostShards),
           where);
     }
     // They go into records that nobody can change.

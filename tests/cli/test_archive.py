@@ -157,11 +157,13 @@ class Archive(SoakTest):
         self.soak("runs", "verify")
 
     def test_no_file_that_is_there_is_replaced(self):
+        self.data = self.a
+        self.soak("runs", "void", "R1", "--unit", "SN1", "--reason", "door open")
         self.push_both()
         mine = self.third / "runs" / min(self.run_files(self.a))
         mine.write_bytes(b"of another recording")
         pulled = self.archive_of(self.third, "pull", status=2)
-        self.assertEqual(([trouble["name"] for trouble in pulled["troubles"]], len(pulled["pulled"])), (["a/R1"], 3))
+        self.assertEqual(([trouble["name"] for trouble in pulled["troubles"]], len(pulled["pulled"]), pulled["voids"]), (["a/R1"], 3, 0))
         self.assertEqual(mine.read_bytes(), b"of another recording")
 
     def test_what_is_voided_later_follows(self):
