@@ -41,7 +41,7 @@ base::Status read_accuracy(const std::string& text, PlanRequest& request) {
     }
     if (!value || !(*value > 0.0) || (key != "gyro_dps" && key != "accel_mps2")) return base::bad_input(kRight);
     if (key == "gyro_dps") request.gyro = *value / calib::printed_per_si(calib::Sensor::gyro_x);
-    if (key == "accel_mps2") request.accel = *value;
+    if (key == "accel_mps2") request.accel = value;
   }
   return {};
 }
