@@ -158,6 +158,7 @@ constexpr std::array kRemedies = {
     Remedy{"missing_position", "Record the missing positions."},
     Remedy{"scale_range", "Record the missing positions at those temperatures if the unit is used there."},
     Remedy{"own_thermometer", "Give the temperature of that sensor's own thermometer: soak eval --own-temp-c."},
+    Remedy{"scale_left_out", "No action needed; for its scale record rates at three plateaus or more."},
     Remedy{"scale_not_measured", "Record the missing positions at those temperatures if the unit is used there."},
     Remedy{"even_order",
            "Check that the fixture's faces are square to each other: a fixture out of square looks the same."},
