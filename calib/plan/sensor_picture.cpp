@@ -275,7 +275,8 @@ void learn_smoothness(const std::vector<MeanCurve>& curves, SensorPicture& pictu
   constexpr double kLongest_c = 200.0;
   constexpr double kSmallest = 0.125;  // of the spread of the curves
   constexpr double kLargest = 16.0;
-  const double spread = spread_of(curves);
+  constexpr double kFlat = 1e-9;  // SI; of readings that do not move at all
+  const double spread = std::max(spread_of(curves), kFlat);
   SensorPicture tried = picture;
   double best = -std::numeric_limits<double>::infinity();
   for (const Smoothness smoothness : {Smoothness::once, Smoothness::twice}) {

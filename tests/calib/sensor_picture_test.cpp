@@ -157,6 +157,16 @@ TEST(SensorPicture, SaysWhatTheUnitsDoNotShow) {
   EXPECT_FALSE(learnt->run_to_run_known);
 }
 
+TEST(SensorPicture, ReadingsThatDoNotMoveHaveAFlatCurve) {
+  Generator generator(12);
+  const Scatter none{0.0, 0.0, 0.0, 0.0};
+  const std::vector<StoredCurve> units = {stored([](double) { return 0.25; }, none, generator)};
+  const auto learnt = learn_picture(units);
+  ASSERT_TRUE(learnt) << learnt.error().message;
+  EXPECT_GT(learnt->picture.scale, 0.0);
+  EXPECT_LT(learnt->picture.scale, 1e-6);
+}
+
 TEST(SensorPicture, RefusesUnitsWithoutPlateaus) {
   EXPECT_FALSE(learn_picture({}));
   auto units = fleet(1, [](Generator& g) { return featured_curve(0.0, g); }, 8);
