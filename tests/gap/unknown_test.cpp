@@ -116,6 +116,20 @@ TEST(Unknown, IsABiasThatJumpsToAndFroBesideAStrongWander) {
 }
 
 // The runs begin at other times of day.
+/// Another difference between heating and cooling at each temperature, which no memory of the temperature has.
+double by_direction(const Moment& m, double size) { return (m.heating ? size : -size) * std::cos(2.0 * m.temp_c); }
+
+TEST(Unknown, SaysWhatWouldLookLikeItAndWhichPlateausWouldTellWhereTheyAreFarApart) {
+  Plan plan;
+  plan.levels = 4;
+  const GapReport report = report_on_one_thread(plan, [](Sensor, const Moment& m) { return by_direction(m, 4e-4); });
+  EXPECT_EQ(name_of(report.conclusion), "unknown") << report.reason;
+  for (const char* name : {"thermal_hysteresis", "temperature_rate", "sensor_lag", "10 K"}) {
+    EXPECT_NE(report.reason.find(name), std::string::npos) << name << ": " << report.reason;
+  }
+  EXPECT_EQ(report.reason.find("no effect of the library"), std::string::npos) << report.reason;
+}
+
 TEST(Unknown, IsADailyWaveBesideABiasThatWanders) {
   const Plan plan;
   const Hidden wandering = made_up::wander(plan, 0.75, {360.0, 3600.0, 36000.0}, 12);
