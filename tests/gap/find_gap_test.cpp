@@ -281,28 +281,35 @@ TEST(FindGap, NamesTheCreepBesideAGSensitivityThatSettles) {
   EXPECT_EQ(report.effects[1].effect->name, "position_memory");
 }
 
+/// Adds to accel_x `per_k` of each kelvin that the logged air is warmer than the unit, in the mean of each block.
+void add_gradient(LoggedCampaign& campaign, double per_k) {
+  for (LoggedRun& run : campaign.runs) {
+    const RunLog& log = run.log;
+    for (Segment& segment : run.run.segments) {
+      for (Block& block : segment.blocks) {
+        double across_c = 0.0;
+        double count = 0.0;
+        for (std::size_t k = 0; k < log.t_s.size(); ++k) {
+          if (std::abs(log.t_s[k] - block.t_s) > 30.0) continue;
+          across_c += log.chamber_c[k] - log.temp_c[k];
+          count += 1.0;
+        }
+        block.sensor[index_of(Sensor::accel_x)].mean += per_k * across_c / count;
+      }
+    }
+  }
+}
+
+double swing(double t_s) { return std::sin(2.0 * std::numbers::pi * t_s / 700.0); }
+
 // The air swings about its set point at the plateaus too, which no rate of the unit follows.
 TEST(FindGap, NamesAGradientFromTheAirToTheUnit) {
   const Plan plan;
   LoggedCampaign campaign = made_up::campaign(plan, made_up::nothing());
   for (LoggedRun& run : campaign.runs) {
-    RunLog& log = run.log;
-    for (std::size_t k = 0; k < log.t_s.size(); ++k) {
-      log.chamber_c[k] += std::sin(2.0 * std::numbers::pi * log.t_s[k] / 700.0);
-    }
-    for (Segment& segment : run.run.segments) {
-      for (Block& block : segment.blocks) {
-        double air_c = 0.0;
-        double count = 0.0;
-        for (std::size_t k = 0; k < log.t_s.size(); ++k) {
-          if (std::abs(log.t_s[k] - block.t_s) > 30.0) continue;
-          air_c += log.chamber_c[k];
-          count += 1.0;
-        }
-        block.sensor[index_of(Sensor::accel_x)].mean += 2.0 * plan.accel_block * (air_c / count - block.temp_c);
-      }
-    }
+    for (std::size_t k = 0; k < run.log.t_s.size(); ++k) run.log.chamber_c[k] += swing(run.log.t_s[k]);
   }
+  add_gradient(campaign, 2.0 * plan.accel_block);
   const GapReport report = find_gap(campaign, 1);
   expect_named(report, "temperature_gradient");
   const std::size_t strongest = index_of(Sensor::accel_x);
@@ -311,6 +318,19 @@ TEST(FindGap, NamesAGradientFromTheAirToTheUnit) {
     EXPECT_LT(report.effects[0].gain[index_of(sensor)], 0.02 * report.effects[0].gain[strongest]);
   }
   EXPECT_NEAR(report.effects[0].magnitude.value, 2.0 * plan.accel_block, 0.4 * plan.accel_block);
+}
+
+// A unit that warms itself and is read when it has settled: the air is 3.5 K colder, and moves by 0.3 K about that.
+TEST(FindGap, NamesAGradientOfAUnitThatIsReadWhenItHasSettled) {
+  const Plan plan;
+  LoggedCampaign campaign = made_up::campaign(plan, made_up::nothing());
+  for (LoggedRun& run : campaign.runs) {
+    for (std::size_t k = 0; k < run.log.t_s.size(); ++k) {
+      run.log.chamber_c[k] = run.log.temp_c[k] - 3.5 + 0.15 * swing(run.log.t_s[k]);
+    }
+  }
+  add_gradient(campaign, 20.0 * plan.accel_block);
+  expect_named(find_gap(campaign, 1), "temperature_gradient");
 }
 
 TEST(FindGap, NamesGSensitivity) {

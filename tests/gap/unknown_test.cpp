@@ -116,6 +116,23 @@ TEST(Unknown, IsABiasThatJumpsToAndFroBesideAStrongWander) {
 }
 
 // The runs begin at other times of day.
+/// A difference between heating and cooling that changes its sign every 22.5 K, as no memory of the temperature does.
+double by_direction(const Moment& m, double size) {
+  const bool even = std::lround((m.temp_c + 20.0) / 22.5) % 2 == 0;
+  return m.heating == even ? size : -size;
+}
+
+TEST(Unknown, SaysWhatWouldLookLikeItAndWhichPlateausWouldTellWhereTheyAreFarApart) {
+  Plan plan;
+  plan.levels = 5;
+  const GapReport report = report_on_one_thread(plan, [](Sensor, const Moment& m) { return by_direction(m, 4e-4); });
+  EXPECT_EQ(name_of(report.conclusion), "unknown") << report.reason;
+  for (const char* name : {"thermal_hysteresis", "temperature_rate", "sensor_lag", "10 K"}) {
+    EXPECT_NE(report.reason.find(name), std::string::npos) << name << ": " << report.reason;
+  }
+  EXPECT_EQ(report.reason.find("no effect of the library"), std::string::npos) << report.reason;
+}
+
 TEST(Unknown, IsADailyWaveBesideABiasThatWanders) {
   const Plan plan;
   const Hidden wandering = made_up::wander(plan, 0.75, {360.0, 3600.0, 36000.0}, 12);

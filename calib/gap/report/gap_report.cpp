@@ -68,12 +68,25 @@ std::optional<double> detection_limit(const CampaignModel& model, std::size_t s,
   return std::sqrt(f * std::max(1.0, found.typical_heterogeneity) * of_visit / visits);
 }
 
-/// Effects of the temperature's history that the base takes up in this campaign, for a sentence: "a, b or c".
-std::string absorbed_of_history(const std::vector<const Effect*>& absorbed) {
+std::vector<std::string_view> names_of_history(const std::vector<const Effect*>& effects) {
   std::vector<std::string_view> names;
-  for (const Effect* effect : absorbed) {
+  for (const Effect* effect : effects) {
     if (effect->follows_history) names.push_back(effect->name);
   }
+  return names;
+}
+
+/// What follows the temperature's history and can be looked for in this campaign.
+std::vector<std::string_view> testable_of_history(const RegressorInputs& in) {
+  std::vector<const Effect*> effects;
+  for (const Effect& effect : library()) {
+    if (!effect.missing(in)) effects.push_back(&effect);
+  }
+  return names_of_history(effects);
+}
+
+/// "a, b or c".
+std::string in_a_sentence(std::vector<std::string_view> names) {
   if (names.size() < 2) return names.empty() ? "" : std::string(names.front());
   const std::string_view last = names.back();
   names.pop_back();
@@ -95,10 +108,10 @@ std::string_view closer_plateaus(double widest_c) {
   return widest_c > kMedium_c ? ": plateaus 5 K apart would tell" : "";
 }
 
-std::string unknown_reason(const SearchResult& found, const std::vector<double>& level_c) {
+std::string unknown_reason(const SearchResult& found, const RegressorInputs& in) {
   const ResidualStructure& structure = *found.residual_structure;
-  const std::string absorbed = absorbed_of_history(found.absorbed);
-  const double widest_c = widest_step_c(level_c);
+  const std::string absorbed = in_a_sentence(names_of_history(found.absorbed));
+  const double widest_c = widest_step_c(in.observations.level_c);
   if (structure.of_history && !absorbed.empty()) {
     return fmt::format(
         "readings change with {}; {} would look like it, and cannot be told from the thermal curve here{}",
@@ -106,19 +119,19 @@ std::string unknown_reason(const SearchResult& found, const std::vector<double>&
   }
   if (structure.of_history && widest_c > kCoarse_c) {
     return fmt::format(
-        "readings change with {}, and what the plateaus show of the curve fits no effect of the library{}",
-        structure.axis, closer_plateaus(widest_c));
+        "readings change with {}; {} would look like it where the curve between the plateaus is not known{}",
+        structure.axis, in_a_sentence(testable_of_history(in)), closer_plateaus(widest_c));
   }
+  if (structure.between_effects) return fmt::format("readings change with {}", structure.axis);
   return fmt::format("readings change with {}, in a way that no effect of the library explains", structure.axis);
 }
 
 /// `outside`: effects that the means do not show.
-void decide(SearchResult found, std::vector<NamedEffect> outside, const std::vector<double>& level_c,
-            GapReport& report) {
+void decide(SearchResult found, std::vector<NamedEffect> outside, const RegressorInputs& in, GapReport& report) {
   report.residual_structure = found.residual_structure;
   if (report.residual_structure && report.residual_structure->forbids_names) {
     report.conclusion = Conclusion::unknown;
-    report.reason = unknown_reason(found, level_c);
+    report.reason = unknown_reason(found, in);
     report.suspects = std::move(found.effects);
     return;
   }
@@ -311,7 +324,7 @@ void search_all(const LoggedCampaign& campaign, CampaignModel& model, GapReport&
   outside.add(look_outside_the_mean(campaign, model));
   outside.add(look_for_bump(model));
   std::move(outside.not_testable.begin(), outside.not_testable.end(), std::back_inserter(report.not_testable));
-  decide(std::move(found), std::move(outside.effects), model.regressor_inputs().observations.level_c, report);
+  decide(std::move(found), std::move(outside.effects), model.regressor_inputs(), report);
 }
 
 /// Searches, and where it is time that readings follow, in each run otherwise, once more with noise that wanders.

@@ -42,8 +42,9 @@ struct ResidualStructure {
   double p_adjusted = 1.0;
   double merit = 0.0;  ///< in units of the effects' gain
   std::vector<Sensor> sensors;
-  bool forbids_names = false;  ///< too much of the gap for the effects found to be its cause
-  bool of_history = false;     ///< what follows the history of temperature shows along that axis
+  bool forbids_names = false;    ///< too much of the gap for the effects found to be its cause
+  bool of_history = false;       ///< what follows the history of temperature shows along that axis
+  bool between_effects = false;  ///< two effects that are much alike share it, and neither fits by itself
   /// Sensors in which a bias that wanders, which the noise of the model does not know, may look so.
   std::vector<Sensor> may_wander = {};
 };

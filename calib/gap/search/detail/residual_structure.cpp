@@ -221,7 +221,8 @@ std::optional<ResidualStructure> between_twins(const std::vector<NamedEffect>& e
           .merit = second.merit,
           .sensors = second.sensors,
           .forbids_names = true,
-          .of_history = true};
+          .of_history = true,
+          .between_effects = true};
     }
   }
   return std::nullopt;
