@@ -184,7 +184,7 @@ class OnThePage(WithLaboratory):
     def test_a_procedure_in_the_list_says_what_it_is_for_and_how_long_it_takes(self):
         self.open()
         said = dict(self.browser.run("return [...document.querySelectorAll('#start-choice option')].map((option) => [option.value, option.text])"))
-        hours = round(next(entry["estimate_s"] for entry in self.soakd.get("procedures")["procedures"] if entry["file"] == "minor-loop.toml") / 3600)
+        hours = round(next(entry["estimate_s"] for entry in self.soakd.get("procedures")["procedures"] if entry["file"] == "minor-loop.toml") / 60) // 60
         self.assertRegex(said["minor-loop.toml"], rf"^minor-loop, calibration, {hours} h( \d+ min)?: The set points of six-position-both-ways upwards, with a turn halfway$")
         self.assertRegex(said["verification.toml"], r"^verification, verification, \d+ h.*: ")
         self.assertRegex(said["ours.toml"], r"^of this laboratory, calibration, \d+ h( \d+ min)?$")
