@@ -466,7 +466,11 @@ class Page(BrowserTest, WithStation):
 
     def test_a_verification_is_offered_once_its_campaign_is_over(self):
         """The real station's documents, but that its status tells of a campaign that still runs."""
-        self.soakd.soak("fit", "--unit", OTHER)
+        lab = stored_units() / "lab"
+        for campaign, procedure in (("campaign", "import"), ("verification", "verification")):
+            self.soakd.soak("import", lab / campaign / f"{OTHER}.csv", "--unit", "CHECKED", "--campaign", campaign, "--procedure", procedure, "--simulated",
+                            "--gravity-mps2", "9.80665")
+        self.soakd.soak("fit", "--unit", "CHECKED", "--rules", "2")
         script = """
           window.campaign = "verification";
           const read = JSON.parse;
@@ -489,7 +493,7 @@ class Page(BrowserTest, WithStation):
         """
         added = self.browser.devtools("Page.addScriptToEvaluateOnNewDocument", source=script)
         self.addCleanup(self.browser.devtools, "Page.removeScriptToEvaluateOnNewDocument", **added)
-        self.open_unit(OTHER)
+        self.open_unit("CHECKED")
         self.see("#unit-next", "Wait: campaign verification still runs, 1 of 3 check runs recorded.")
         self.see("#unit-campaign", "verification (still running: 1 of 3 runs recorded)")
         self.assertEqual(self.browser.run("const b = document.querySelector('#unit-verify'); return [b.disabled, b.classList.contains('primary')]"), [False, False])
