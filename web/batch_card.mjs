@@ -5,7 +5,7 @@ import { get, post } from "./api.mjs";
 import { $, element, say, show, tell } from "./dom.mjs";
 import { clock } from "./format.mjs";
 import { endedText, runningText } from "./job_words.mjs";
-import { batchText, restOf } from "./batch_words.mjs";
+import { batchText, messageOf, restOf } from "./batch_words.mjs";
 import { badge } from "./runs_view.mjs";
 import { U } from "./unit_words.mjs";
 import { unitAddress } from "./views.mjs";
@@ -126,8 +126,9 @@ export class BatchCard {
     $("units-last-job").replaceChildren(badge(mark), " ", element("strong", U.batch.last(title)), " ",
       Object.assign(element("span", `${clock(job.ended_utc_s ?? job.started_utc_s)}, ${job.user}`), { className: "why" }));
     say($("units-last-text"), batchText(job));
-    show($("units-last-message"), job.message !== null);
-    say($("units-last-message"), job.message ?? "");
+    const message = messageOf(job);
+    show($("units-last-message"), message !== null);
+    say($("units-last-message"), message ?? "");
     $("units-last-rest").replaceChildren(...restOf(job).map(({ unit, parts }) => {
       const line = element("li", "");
       const why = element("span", "");

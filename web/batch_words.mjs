@@ -27,6 +27,14 @@ export function batchText({ kind, state, result }) {
 }
 
 /**
+ * What the station said of the job as a whole; null where the sentence and the list of units say it all.
+ * @param {import("./documents.mjs").Job} job
+ */
+export function messageOf({ kind, state, result, message }) {
+  return state === "done" || (kind === "fit_all" && state === "failed" && result !== null) ? null : message;
+}
+
+/**
  * Units that somebody has to look at: {unit, parts}, the parts of a sentence behind the serial number.
  * @param {import("./documents.mjs").Job} job
  * @returns {{unit: string, parts: import("./dom.mjs").Part[]}[]}

@@ -51,6 +51,7 @@ class AllUnits(StationTest):
         self.see("#units-last-text", f"2 fitted, 0 with nothing new, {len(HOSTILE)} not fitted.")
         self.see("#units-last-job", "Fit: all units, all runs for calibration")
         self.see("#units-last-rest", HOSTILE[0])
+        self.assertTrue(self.browser.run("return document.querySelector('#units-last-message').hidden"), "each says its reason in the list")
         job = self.newest_job()
         check_schema(job, "http-job")
         check_schema(job["result"], "fit-brief")
