@@ -19,6 +19,7 @@ export async function showAccount() {
   for (const field of document.querySelectorAll("input[data-signs]")) Object.assign(field, { defaultValue: name, value: name, readOnly: true });
   say($("role"), T.roleNames[role] ?? role);
   $("role").title = T.roles[role] ?? "";
+  $("user").title = `${T.roleNames[role] ?? role}: ${T.roles[role] ?? ""}`;
   show($("role"), true);
   show($("log-out"), true);
   $("log-out").addEventListener("click", async () => {

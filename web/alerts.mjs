@@ -49,7 +49,10 @@ function beep() {
 
 function renderToggle() {
   $("sound").setAttribute("aria-pressed", isWanted());
-  say($("sound"), !isWanted() ? T.head.soundOff : isAllowed() ? T.head.soundOn : T.head.soundAsks);
+  const text = !isWanted() ? T.head.soundOff : isAllowed() ? T.head.soundOn : T.head.soundAsks;
+  say($("sound"), text);
+  $("sound").title = text;
+  $("sound").toggleAttribute("data-asks", isWanted() && !isAllowed());
 }
 
 export function connectAlerts() {

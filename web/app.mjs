@@ -60,6 +60,8 @@ function takeStatus(document) {
   status = document;
   heardAt = new Date();
   show($("lost"), false);
+  const campaign = status.campaign ? `${status.campaign.name} ${status.campaign.started_utc_s}` : "";
+  if (campaign !== planOf) plan = null; // that of another campaign says nothing of this one, nor of none
   render();
   noiseCard.take(status);
   startForm.take(status);
@@ -69,7 +71,6 @@ function takeStatus(document) {
     confirmedItself = status.prompt.id;
     confirm({ itself: true });
   }
-  const campaign = status.campaign ? `${status.campaign.name} ${status.campaign.started_utc_s}` : "";
   if (campaign !== planOf) loadPlan(campaign);
   if (campaign !== chartCampaign || status.clock.process_s < (chart.last_s ?? 0)) {
     chartCampaign = campaign;

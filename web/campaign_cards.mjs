@@ -2,10 +2,12 @@
 // What the campaign does, what it asks, and whether the door may be opened.
 
 import { $, element, say, show } from "./dom.mjs";
-import { duration, number, readable, written } from "./format.mjs";
+import { doorOf } from "./door_words.mjs";
+import { allRestAsAsked, faceOf, turnText } from "./face_words.mjs";
+import { duration, number, readable, sign, written } from "./format.mjs";
 import { drawPose } from "./pose.mjs";
 import { T } from "./text.mjs";
-import { abortText, allRestAsAsked, doorOf, faceOf, finishOf, isActive, isOver, nextBeginsByItself, positionOf, queueText, runOf, sign, stateText, stepText, turnText, waitsForChamber } from "./words.mjs";
+import { abortText, finishOf, isActive, isOver, nextBeginsByItself, positionOf, queueText, runOf, stateText, stepText, waitsForChamber } from "./words.mjs";
 
 const CAN_PAUSE = ["preflight", "running", "waiting"];
 const CAN_ABORT = ["preflight", "running", "waiting", "paused"];
@@ -18,8 +20,11 @@ export const nameOf = ({ campaign, resumable }) => campaign?.name ?? resumable ?
 /** @param {import("./documents.mjs").Status} status */
 export function renderHead(status) {
   const { state, campaign, prompt } = status;
-  say($("campaign-name"), nameOf(status) ?? (isActive(status) ? T.head.campaign : T.head.noCampaign));
-  say($("state"), stateText(status));
+  const texts = { "campaign-name": nameOf(status) ?? (isActive(status) ? T.head.campaign : T.head.noCampaign), state: stateText(status) };
+  for (const [id, text] of Object.entries(texts)) {
+    say($(id), text);
+    $(id).title = text; // also where there is no room for all of it
+  }
   $("state").dataset.state = state;
   show($("simulated"), status.simulated);
   say($("version"), `Soak ${status.version}`);

@@ -3,9 +3,10 @@
 
 import { KINDS } from "./allan_chart.mjs";
 import { $, element, say } from "./dom.mjs";
+import { faceOf, positionText, stableText, unitStateText } from "./face_words.mjs";
 import { count, number, significant } from "./format.mjs";
 import { T } from "./text.mjs";
-import { faceOf, fixtureText, linkOf, positionText, stableText, unitStateText } from "./words.mjs";
+import { fixtureText, linkOf } from "./words.mjs";
 
 const unitCards = new Map(); // serial → card
 

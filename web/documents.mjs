@@ -179,14 +179,16 @@
 /**
  * @typedef {object} Job
  * @property {number} id
- * @property {"fit" | "verify" | "report" | "release" | "release_all" | "export" | "gap_find" | "gap_accept" | "gap_show"} kind
- * @property {string} unit
+ * @property {"fit" | "verify" | "report" | "release" | "fit_all" | "verify_all" | "release_all" | "export" | "gap_find" | "gap_accept" | "gap_show"} kind
+ * @property {string} unit "" of all
+ * @property {number | null} [model] that it works on; absent in jobs kept before jobs said it
  * @property {string | null} campaign
  * @property {string | null} format
  * @property {string[] | null} [effects] absent in jobs kept before there were gap jobs
  * @property {boolean | null} [sign] absent in jobs kept before files were signed here
  * @property {string} user
  * @property {"running" | "done" | "failed" | "cancelled"} state
+ * @property {number | null} [progress] 0 to 1, where it is said
  * @property {number} started_utc_s
  * @property {number | null} ended_utc_s
  * @property {number | null} exit_status
@@ -303,6 +305,7 @@
  * @property {{campaign: string, runs: number, purpose: "verification" | "calibration"}[]} verify_with
  * @property {{campaign: string, runs: number}[]} fitted_to
  * @property {number[]} released_before
+ * @property {number[]} simulated_before
  * @property {Kept & {warnings: Warning[]} | null} verification
  * @property {{find: Kept | null, show: Kept | null}} gap
  * @property {{obstacles: string[], expires: string | null} | null} release
@@ -333,7 +336,7 @@
  * @property {{entries: LogEntry[]}} log
  * @property {{runs: Run[], not_listed: number}} runs
  * @property {RunDetail} run
- * @property {{units: UnitLine[]}} units
+ * @property {{units: UnitLine[], check_campaigns: {campaign: string, units: number}[]}} units
  * @property {Unit} unit
  * @property {{unit: string, model: Model}} model
  * @property {ImpactOfUnit} impact

@@ -27,6 +27,9 @@ export function number(value, decimals) {
   return written(Number(text) === 0 ? text.replace("-", "") : text);
 }
 
+/** A label of a position as people read it: with a true minus sign. */
+export const sign = (label) => label.replace("-", "−");
+
 /** A set temperature, as it was set: "22.5", "−20". */
 export const setTemperature = (temp_c) => (temp_c === null ? UNKNOWN : written(String(Number(temp_c.toFixed(3)) + 0)));
 

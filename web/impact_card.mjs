@@ -44,16 +44,14 @@ async function tellDrives(place, unit, version) {
   /** @type {import("./documents.mjs").ImpactOfUnit} */
   let answer;
   try {
-    answer = await get(`impact?${new URLSearchParams({ unit })}`);
+    answer = await get(`impact?${new URLSearchParams({ unit, version: String(version) })}`);
   } catch (error) {
     place.prepend(`${U.impact.drivesFailed(error.message)} `);
     return;
   }
-  // Of a newer model: its card is on the way.
-  if (answer.model !== version) return;
   const { drives, warnings } = answer.impact;
   const failure = warnings.find(({ code }) => code === "drives_not_simulated");
-  if (drives !== null) place.prepend(`${drivesText(drives)} `);
+  if (drives !== null) place.prepend(`${U.impact.ofModel(answer.model)} ${drivesText(drives)} `);
   else place.prepend(failure ? Object.assign(element("span", `${failure.text}. `), { lang: "en" }) : `${U.impact.noDrives} `);
 }
 
@@ -64,7 +62,7 @@ async function tellDrives(place, unit, version) {
  * @param {string} unit serial number
  */
 export function renderImpact(card, { impact, version }, unit) {
-  const title = Object.assign(element("h2", U.impact.title), { id: "unit-impact-title" });
+  const title = Object.assign(element("h2", U.impact.title(version)), { id: "unit-impact-title" });
   const about = (text) => Object.assign(element("p", text), { className: "about" });
   if (impact === null) {
     card.replaceChildren(title, about(U.impact.notKnown));

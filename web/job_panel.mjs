@@ -24,6 +24,7 @@ export class JobPanel {
   #ended = []; // those of this unit that are shown
   #shown = null; // which these are, as text; null before the first look
   #ofAll = null; // the last job that ended and was of all units; null before the first look
+  #ticked = ""; // which model the tick of simulated data is about
   #lines = ""; // the same, with the models that they were made from
   #looking = false;
   #lookAgain = false; // somebody has asked while an answer was under way
@@ -43,7 +44,10 @@ export class JobPanel {
       this.#showVersions();
       this.#enable();
     });
-    $("unit-version").addEventListener("change", () => this.#enable());
+    $("unit-version").addEventListener("change", () => {
+      this.#showSimulated();
+      this.#enable();
+    });
     $("unit-cancel").addEventListener("click", () => this.#cancel());
     let ticks = 0;
     setInterval(() => {
@@ -67,14 +71,13 @@ export class JobPanel {
     this.#look();
   }
 
-  /** What can be done with a unit as it is. */
-  offer(unit) {
+  /** What can be done with a unit as it is; `open`: the campaign that is not over yet, as for nextOf(). */
+  offer(unit, open) {
     this.#unit = unit;
-    this.#offerCampaigns(unit);
+    this.#offerCampaigns(unit, open);
     this.#offerVersions(unit);
-    const { kind: next } = nextOf(unit);
+    const { kind: next } = nextOf(unit, open);
     for (const kind of KINDS) $(`unit-${kind}`).classList.toggle("primary", kind === next);
-    show($("unit-simulated-box"), unit.model?.simulated === true);
     const isOpen = unit.model?.state === "fitted" || unit.model?.state === "verified";
     const obstacles = isOpen ? (unit.release?.obstacles ?? []) : [];
     tell($("unit-release-why"), obstacles.length > 0 ? [U.jobs.notReleased, { english: `${obstacles.join("; ")}.` }] : []);
@@ -83,11 +86,12 @@ export class JobPanel {
   }
 
   /** Those that a fit has seen stand there, too, so that nobody looks for them in vain. */
-  #offerCampaigns({ model, verify_with: fresh, fitted_to: fitted }) {
+  #offerCampaigns({ model, verify_with: fresh, fitted_to: fitted }, open) {
     const chosen = $("unit-campaign").value;
     const option = (text, value, disabled) => Object.assign(element("option", text), { value, disabled });
     $("unit-campaign").replaceChildren(
-      ...fresh.map(({ campaign, runs, purpose }) => option(U.jobs.campaignRuns(campaign, runs, purpose), campaign, false)),
+      ...fresh.map(({ campaign, runs, purpose }) =>
+        option(campaign === open?.name ? U.jobs.campaignOpen(campaign, runs, open.of) : U.jobs.campaignRuns(campaign, runs, purpose), campaign, false)),
       ...fitted.map(({ campaign, runs }) => option(U.jobs.campaignRuns(campaign, runs, "fitted"), campaign, true)));
     if (fresh.some(({ campaign }) => campaign === chosen)) $("unit-campaign").value = chosen;
     $("unit-campaign").disabled = fresh.length === 0;
@@ -107,6 +111,24 @@ export class JobPanel {
 
   #showVersions() {
     show($("unit-version-box"), $("unit-format").value !== OF_RUNS && (this.#unit?.released_before.length ?? 0) > 0);
+    this.#showSimulated();
+  }
+
+  /** The tick is about one model, and not about the one that is chosen or fitted after it. */
+  #showSimulated() {
+    const model = this.#unit?.model ?? null;
+    const older = this.#olderVersion();
+    const about = model === null ? "" : `${this.#unit.unit} ${older ?? model.version}`;
+    if (about !== this.#ticked) $("unit-simulated").checked = false;
+    this.#ticked = about;
+    show($("unit-simulated-box"), this.#isSimulated());
+    say($("unit-simulated-text"), model === null ? "" : U.jobs.simulated(older ?? model.version));
+  }
+
+  /** Whether what would be exported is of simulated data. */
+  #isSimulated() {
+    const older = this.#olderVersion();
+    return this.#unit?.model != null && (older === null ? this.#unit.model.simulated : this.#unit.simulated_before.includes(older));
   }
 
   #enable() {
@@ -130,8 +152,8 @@ export class JobPanel {
     const members = {};
     if (kind === "verify") members.campaign = $("unit-campaign").value;
     if (kind === "export") Object.assign(members, this.#exportMembers());
-    if (kind === "export" && this.#unit.model.simulated && !members.simulated) {
-      say($("job-failure"), U.jobs.tickSimulated);
+    if (kind === "export" && this.#isSimulated() && !members.simulated) {
+      say($("job-failure"), U.jobs.tickSimulated(this.#olderVersion() ?? this.#unit.model.version));
       show($("job-failure"), true);
       $("unit-simulated").focus();
       return;

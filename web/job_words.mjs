@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the documents of jobs mean in words. Nothing here touches the page.
 
-import { shortDuration } from "./format.mjs";
+import { number, shortDuration } from "./format.mjs";
 import { G, gapVerdictOf } from "./gap_words.mjs";
 import { U, verdictOf } from "./unit_words.mjs";
 
@@ -10,24 +10,37 @@ const known = (texts, name) => (Object.hasOwn(texts, name ?? "") ? texts[name] :
 
 export const verbOf = (kind) => known(U.jobs.verbs, kind);
 
+/** What a job makes a model of: runs, or a model with effects. Others work on the model that is there. */
+const MAKES = ["fit", "gap_accept"];
+
 /**
- * "Fitting SN1 since 12 s, by Eva"
+ * "unit SN1, model 2, campaign check-1": what a job works on.
+ * @param {import("./documents.mjs").Job} job
+ */
+function subjectOf({ kind, unit, model, campaign, result }) {
+  const version = model ?? (MAKES.includes(kind) ? null : (result?.model ?? null));
+  const units = unit === "" ? U.jobs.allUnits : U.jobs.ofUnit(unit);
+  const of = kind === "fit" || kind === "fit_all" ? U.jobs.ofRuns : unit === "" ? U.jobs.newestModels : version === null ? "" : U.jobs.ofModel(version);
+  return [units, of, campaign === null ? "" : U.jobs.ofCampaign(campaign)].filter(Boolean).join(", ");
+}
+
+/**
+ * "Fitting: unit SN1, all its runs for calibration; for 12 s now, started by Eva"
  * @param {import("./documents.mjs").Job} job
  * @param {number} now_s
  */
 export function runningText(job, now_s) {
   const since = shortDuration(Math.max(0, Math.round(now_s - job.started_utc_s)));
-  const doing = known(U.jobs.doing, job.kind);
-  return job.unit === "" ? U.jobs.runningAll(doing, since, job.user) : U.jobs.running(doing, job.unit, since, job.user);
+  const share = typeof job.progress === "number" ? ` ${number(100 * job.progress, 0)} %.` : "";
+  return `${U.jobs.running(`${known(U.jobs.doing, job.kind)}: ${subjectOf(job)}`, since, job.user)}${share}`;
 }
 
 /** @param {import("./documents.mjs").Job} job */
-const detailOf = ({ kind, campaign, format, effects, sign, result }) => {
-  const made = result ? U.jobs.model(result.model) : "";
-  if (kind === "gap_accept") return `${U.jobs.ofEffects(effects.map(G.effect).join(", "))}${made}`;
-  if (kind === "verify") return U.jobs.against(campaign);
+const detailOf = ({ kind, format, effects, sign, result }) => {
+  const made = MAKES.includes(kind) && result ? U.jobs.made(result.model) : "";
+  if (kind === "gap_accept") return `, ${effects.map(G.effect).join(", ")}${made}`;
   if (kind === "export") return `${U.jobs.as(known(U.formats, format))}${sign ? U.jobs.signed(result?.key_id) : ""}`;
-  return kind === "fit" || kind === "release" ? made : "";
+  return made;
 };
 
 /**
@@ -49,7 +62,7 @@ export function madeFrom({ kind, state, result }, newest) {
  * @param {import("./documents.mjs").Job} job
  */
 export function endedText(job) {
-  const title = `${known(U.jobs.nouns, job.kind)}${detailOf(job)}`;
+  const title = `${known(U.jobs.nouns, job.kind)}: ${subjectOf(job)}${detailOf(job)}`;
   if (job.state === "done") {
     const verdict = job.result?.verdict;
     const judged = job.kind === "gap_find" ? gapVerdictOf : verdictOf;

@@ -4,7 +4,7 @@
 import { get, post, send } from "./api.mjs";
 import { $, element, say, show, tell } from "./dom.mjs";
 import { timeOfDay } from "./format.mjs";
-import { reviewLines, unknownUnits } from "./start_words.mjs";
+import { procedureText, reviewLines, unknownUnits } from "./start_words.mjs";
 import { T } from "./text.mjs";
 import { isActive, now_s } from "./words.mjs";
 
@@ -141,7 +141,7 @@ export class StartForm {
     if (known === JSON.stringify(this.#procedures)) return;
     this.#procedures = procedures;
     const option = (text, value, disabled = false) => Object.assign(element("option", text), { value, disabled });
-    const own = procedures.map(({ file, name, trouble }) => option(trouble ? T.start.mistakes(file) : name, file, trouble !== null));
+    const own = procedures.map((one) => option(procedureText(one), one.file, one.trouble !== null));
     $("start-choice").replaceChildren(option(T.start.choose, ""), ...own, option(T.start.own, OWN_FILE));
     $("start-choice").value = $("start-procedure").files.length > 0 ? OWN_FILE : chosen;
     if ($("start-choice").selectedIndex < 0) $("start-choice").value = "";

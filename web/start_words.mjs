@@ -30,6 +30,25 @@ function diskText({ needed_bytes, free_bytes }) {
   return `${T.start.writes(size(needed_bytes))}${free}`;
 }
 
+/** The first sentence of a description, short enough for a list. */
+function firstSentence(description, most) {
+  const [sentence] = description.trim().replace(/\s+/g, " ").split(/(?<=[.:;]) /);
+  const text = sentence.replace(/[.:;]$/, "");
+  return text.length <= most ? text : `${text.slice(0, text.lastIndexOf(" ", most)).replace(/[,:;]$/, "")}…`;
+}
+
+const MOST_OF_DESCRIPTION = 90; // characters
+
+/**
+ * "verification, 9 h 20 min: One short run that no fit sees": a procedure in the list to choose from.
+ * @param {import("./documents.mjs").Procedure} procedure
+ */
+export function procedureText({ file, name, trouble, description, purpose, estimate_s }) {
+  if (trouble !== null) return T.start.mistakes(file);
+  const what = [name, T.purposes[purpose] ?? purpose, shortDuration(estimate_s)].join(", ");
+  return description ? `${what}: ${firstSentence(description, MOST_OF_DESCRIPTION)}` : what;
+}
+
 /** Serial numbers of which the station knows no type. */
 export const unknownUnits = ({ mistakes }) => mistakes.map(({ where }) => where.match(/^unit (?!type )(.*)/)?.[1]).filter((serial) => serial);
 
@@ -42,6 +61,7 @@ export function reviewLines({ procedure, units = [], mistakes, notes = [], disk 
   const place = (where) => (where.includes("/") ? ` (${where})` : "");
   const mends = (where) => (where === REFERENCES ? { text: T.start.toRecords, address: "#records" } : undefined);
   const lines = told.map(({ message, where }) => ({ parts: [T.start.refused, { english: message }, place(where)], level: "bad", link: mends(where) }));
+  if (procedure?.description) lines.push({ parts: [{ english: procedure.description.trim() }], level: "note" });
   if (procedure) {
     lines.push({ parts: [`${procedure.name}: ${extentText(procedure)}; ${timeText(procedure, { rate, end })}`], level: told.length > 0 ? "note" : "good" });
     if (disk.needed_bytes !== null) lines.push({ parts: [diskText(disk)], level: "note" });

@@ -55,6 +55,8 @@ export const text = {
     changed: "Record it as it is now and fit it again: it was repaired or changed after this model.",
     withdrawn: "Fit it again: data of this model were withdrawn.",
     verify: "Verify it with a run that the fit has not seen.",
+    /** @type {(campaign: string, runs: number, of: number | null) => string} */
+    checkRuns: (campaign, runs, of) => `Wait: campaign ${campaign} still runs, ${runs}${of === null ? "" : ` of ${of}`} check ${plural(of ?? runs, { one: "run", other: "runs" })} recorded. Verify below uses those that are there.`,
     recordFresh: "Record a run that the fit has not seen with a verification procedure, then verify it.",
     newCampaign: "New campaign",
     how: "How",
@@ -72,11 +74,37 @@ export const text = {
     nothing: "Nothing: it is verified, released and exported.",
     gapOpen: "It is verified, released and exported. What the gap search found is not in its model: see Gap below.",
   },
+  repair: {
+    button: "Repaired or changed…",
+    title: (serial) => `Unit ${serial} was repaired or changed`,
+    about: "From now on it counts as another unit. No fit uses the runs so far any more, and its model may not be exported: record it again, then fit it. Nothing is deleted. This cannot be taken back.",
+    reason: "What was done",
+    user: "Your name",
+    keep: "Cancel",
+    send: "It was repaired or changed",
+  },
+  batch: {
+    title: "All units at once",
+    fit: "Fit all",
+    toFit: (count) => plural(count, { one: `${count} unit has runs for a fit.`, other: `${count} units have runs for a fit.` }),
+    leftAlone: "Those with nothing new are left alone.",
+    verify: "Verify all",
+    campaign: "Campaign that no fit has seen",
+    noCampaign: "No campaign with a verification procedure is recorded.",
+    campaignUnits: (campaign, count) => `${campaign} (${plural(count, { one: `${count} unit`, other: `${count} units` })})`,
+    last: (job) => `Last: ${job}`,
+    /** What became of a fit, after how many units. */
+    fitted: (fitted, same, failed) => `${fitted} fitted, ${same} with nothing new, ${failed} not fitted.`,
+    fitCancelled: "What was fitted before that is stored; Fit all goes on with the others.",
+    judged: (counts) => `Judged: ${counts}.`,
+    why: (version) => (version === null ? ": " : `, model ${version}: `),
+  },
   releaseAll: {
     button: "Release what may be released",
     waiting: (count) => plural(count, { one: `${count} model is verified and not released yet.`, other: `${count} models are verified and not released yet.` }),
-    running: "Releasing…",
     done: (released, units) => `${released} of ${plural(units, { one: `${units} newest model is`, other: `${units} newest models are` })} released now.`,
+    /** @type {(released: number, units: number) => string} of one that did not come to its end */
+    cutShort: (released, units) => `Up to there ${released} of the ${plural(units, { one: `${units} model that it came to is`, other: `${units} models that it came to are` })} released.`,
     notReleased: (version) => `, model ${version}, may not be released: `,
     againstTheRule: (version) => `, model ${version}, is released, but must not be handed over: `,
   },
@@ -87,6 +115,8 @@ export const text = {
     /** `use`: "verification"; "calibration", not fitted yet; "fitted". */
     campaignRuns: (campaign, count, use) => `${campaign} (${plural(count, { one: `${count} run`, other: `${count} runs` })}${
       { verification: "", calibration: ", calibration: the next fit takes it", fitted: ", calibration: the model was fitted to it" }[use]})`,
+    /** A campaign of which more runs will come; `of`: how many it has, null: not known. */
+    campaignOpen: (campaign, count, of) => `${campaign} (still running: ${of === null ? plural(count, { one: `${count} run`, other: `${count} runs` }) : `${count} of ${of} runs`} recorded)`,
     format: "Format",
     version: "Model",
     newestVersion: (version) => `${version}, the newest`,
@@ -96,8 +126,8 @@ export const text = {
     signWith: (key) => `Sign it with key ${key}`,
     /** In front of why the station does not say whether it has a key. */
     keyUnknown: "Sign it: ",
-    simulated: "Although it is of SIMULATED data",
-    tickSimulated: "Export: the model is of SIMULATED data. Tick “Although it is of SIMULATED data” first, if that is what you want.",
+    simulated: (version) => `Although model ${version} is of SIMULATED data`,
+    tickSimulated: (version) => `Export: model ${version} is of SIMULATED data. Tick “Although model ${version} is of SIMULATED data” first, if that is what you want.`,
     /** In front of what the station says is in the way of a release. */
     notReleased: "Not to be released yet: ",
     cancel: "Cancel",
@@ -106,25 +136,30 @@ export const text = {
     refused: (what) => `${what}: `,
     asked: (what) => `${what}: asked for`,
     download: (file) => `Download ${file}`,
-    running: (doing, unit, since, user) => `${doing}: unit ${unit}, for ${since} now, started by ${user}`,
-    runningAll: (doing, since, user) => `${doing}: all units, for ${since} now, started by ${user}`,
+    running: (what, since, user) => `${what}; for ${since} now, started by ${user}.`,
+    allUnits: "all units",
+    ofUnit: (serial) => `unit ${serial}`,
+    ofRuns: "all runs for calibration",
+    ofModel: (version) => `model ${version}`,
+    newestModels: "their newest models",
+    ofCampaign: (campaign) => `campaign ${campaign}`,
     states: { done: "done", failed: "failed", cancelled: "cancelled" },
-    against: (campaign) => ` against ${campaign}`,
-    as: (format) => ` as ${format}`,
+    as: (format) => `, as ${format}`,
     signed: (key) => (key ? `, signed with key ${key}` : ", signed"),
-    model: (version) => `: model ${version}`,
+    made: (version) => `; made model ${version}`,
     madeFrom: (version) => `Made from model ${version}.`,
     madeFromOlder: (version, newest) => `Made from model ${version}; the newest is ${newest}.`,
     madeFromWithdrawn: (version) => `Made from model ${version}, which is withdrawn: do not use it.`,
     madeBeforeRelease: (version) => `Made from model ${version} before that was released: the file is marked as not released.`,
-    ofEffects: (effects) => ` ${effects}`,
     /** What each kind is called on a button, while it runs, and afterwards. */
     verbs: { fit: "Fit", verify: "Verify", report: "Report", release: "Release", export: "Export", gap_find: "Search", gap_accept: "Accept", gap_show: "Compare" },
     doing: {
-      fit: "Fitting", verify: "Verifying", report: "Writing the report", release: "Releasing", release_all: "Releasing", export: "Exporting", gap_find: "Searching for what the model lacks",
+      fit: "Fitting", fit_all: "Fitting", verify: "Verifying", verify_all: "Verifying", report: "Writing the report", release: "Releasing", release_all: "Releasing", export: "Exporting", gap_find: "Searching for what the model lacks",
       gap_accept: "Fitting again with the accepted effects", gap_show: "Comparing before and after",
     },
-    nouns: { fit: "Fit", verify: "Verification", report: "Report", release: "Release", export: "Export", gap_find: "Gap search", gap_accept: "Accepted", gap_show: "Before and after" },
+    nouns: {
+      fit: "Fit", fit_all: "Fit", verify: "Verification", verify_all: "Verification", report: "Report", release: "Release", release_all: "Release", export: "Export", gap_find: "Gap search", gap_accept: "Accepted", gap_show: "Before and after",
+    },
   },
   /** What the formats are for, by their names in the interface, in the order in which they are offered. */
   formats: {
@@ -165,12 +200,13 @@ export const text = {
     widest: "95 % band, widest",
   },
   impact: {
-    title: "What the calibration buys in navigation",
+    title: (version) => `What the calibration of model ${version} buys in navigation`,
     notKnown: "Not known: the sensors were not calibrated at two common temperatures.",
     heads: ["Sensor", "Bias changes by", "Left (95 %)", "30 s, without", "30 s, with", "60 s, without", "60 s, with"],
     bySensor: "Position errors by sensor",
     intervals: { pi95: "a fresh power-on", ci95: "mean curve alone: may be far too small" },
     about: (from, to) => `Position error from each sensor's bias alone without satellite navigation, from ${from} °C at power-on to ${to} °C; the bias at power-on is known, the sensor's axis lies horizontally.`,
+    ofModel: (version) => `Model ${version}:`,
     drives: ({ drives, outages, seconds, without, corrected, less, between }) =>
       `With a navigation filter, in ${outages} outages of ${seconds} s on ${drives} simulated drives with this unit's curves: ${without} off at the end of an outage without the calibration, ${corrected} with it, `
       + `a gain of ${less} %${between === null ? "" : ` (95 %: ${between.join(" to ")} %)`}. Noise is that of an AHRS400CA.`,

@@ -6,18 +6,22 @@ import { $, element, english, say, show, tell } from "./dom.mjs";
 import { clock, dayText } from "./format.mjs";
 import { GapCard } from "./gap_card.mjs";
 import { JobPanel } from "./job_panel.mjs";
+import { RepairDialog } from "./repair_dialog.mjs";
 import { badge } from "./runs_view.mjs";
 import { sensorCard } from "./unit_curves.mjs";
 import { badgesOf, nextOf, sensorText, sortedWarnings, U, verdictNow, verdictOf, verdictText } from "./unit_words.mjs";
-import { recordedNow } from "./words.mjs";
+import { isActive, recordedNow } from "./words.mjs";
 
-const PARTS = ["unit-verdict", "unit-next-box", "unit-facts", "unit-work", "unit-warnings-card", "unit-impact", "unit-gap", "unit-curves"];
+const PARTS = ["unit-repair", "unit-verdict", "unit-next-box", "unit-facts", "unit-work", "unit-warnings-card", "unit-impact", "unit-gap", "unit-curves"];
 
 export class UnitView {
   #asked = null; // serial number that the address names
   #unit = null; // its document
   #older = null; // the document of the model beside the newest one
   #recorded = null; // what was recorded when the last status came
+  /** @type {import("./unit_words.mjs").OpenCampaign | null} */
+  #open = null; // the campaign that is not over yet
+  #repair;
   #gap;
   #jobs;
 
@@ -25,6 +29,8 @@ export class UnitView {
   constructor(userName) {
     this.#gap = new GapCard((kind, members) => this.#jobs.start(kind, members));
     this.#jobs = new JobPanel(userName, () => this.#load(), (busy, job) => this.#gap.wait(busy, job));
+    this.#repair = new RepairDialog(() => this.#load());
+    $("unit-repair").addEventListener("click", () => this.#repair.open(this.#unit.unit, userName()));
     $("unit-older").addEventListener("change", () => this.#compare());
   }
 
@@ -36,6 +42,34 @@ export class UnitView {
     const before = this.#recorded;
     this.#recorded = recordedNow(status);
     if (before !== null && before !== this.#recorded && !$("unit-view").hidden) this.#load();
+    this.#heed(status);
+  }
+
+  /** A campaign that is under way, or can be resumed, has more runs to come. */
+  async #heed(status) {
+    const name = isActive(status) ? (status.campaign?.name ?? null) : status.resumable;
+    if (name === (this.#open?.name ?? null)) return;
+    this.#open = name === null ? null : { name, of: null };
+    this.#offer();
+    if (status.campaign?.name !== name || name === null) return;
+    try {
+      const plan = await get("plan");
+      if (plan === null || this.#open?.name !== name) return;
+      this.#open = { name, of: plan.runs.filter(({ preflight }) => !preflight).length };
+      this.#offer();
+    } catch (error) {
+      console.warn("no plan:", error.message); // how many runs there will be is not told
+    }
+  }
+
+  /** What to do next, and the jobs that do it. */
+  #offer() {
+    const unit = this.#unit;
+    if (unit === null || unit.unit !== this.#asked) return;
+    const next = nextOf(unit, this.#open);
+    $("unit-next").replaceChildren(next.text, ...(next.link ? [" ", Object.assign(element("a", next.link.text), { href: next.link.address })] : []),
+      ...(next.why ? [" ", english(`${next.why.join("; ")}.`)] : []));
+    this.#jobs.offer(unit, this.#open);
   }
 
   async open(parameters) {
@@ -73,9 +107,6 @@ export class UnitView {
     $("unit-verdict").dataset.state = state;
     say($("unit-verdict-title"), title);
     tell($("unit-verdict-text"), verdictText(unit));
-    const next = nextOf(unit);
-    $("unit-next").replaceChildren(next.text, ...(next.link ? [" ", Object.assign(element("a", next.link.text), { href: next.link.address })] : []),
-      ...(next.why ? [" ", english(`${next.why.join("; ")}.`)] : []));
     $("unit-badges").replaceChildren(...badgesOf(unit).map(badge));
     this.#renderFacts(unit);
     this.#renderWarnings(unit);
@@ -84,7 +115,7 @@ export class UnitView {
     this.#renderCurves();
     this.#renderImpact();
     this.#gap.render(unit);
-    this.#jobs.offer(unit);
+    this.#offer();
   }
 
   /** Versions count from 1; one that is chosen stays chosen. */

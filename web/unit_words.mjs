@@ -81,13 +81,16 @@ function nextOfPassed(unit) {
   return { kind: null, text: isGapOpen(unit) ? U.next.gapOpen : U.next.nothing };
 }
 
+/** @typedef {{name: string, of: number | null}} OpenCampaign a campaign of which more runs will come; `of`: how many it has in all, if that is known */
+
 /**
  * What is to be done next: {kind, text, why, link}; `kind` of the job that does it, null where none does; `why`: in the station's words; `link`: {text, address} of
  * where it is done or described.
  * @param {import("./documents.mjs").Unit} unit
+ * @param {OpenCampaign | null} [open] the campaign that is not over yet
  * @returns {{kind: string | null, text: string, why?: string[], link?: {text: string, address: string}}}
  */
-export function nextOf(unit) {
+export function nextOf(unit, open = null) {
   const { model, verify_with } = unit;
   if (model === null && unit.to_fit === 0) return { kind: null, text: U.next.record };
   if (model === null) return { kind: "fit", text: U.next.fit };
@@ -95,7 +98,10 @@ export function nextOf(unit) {
   if (model.state === "withdrawn") return { kind: "fit", text: U.next.retired };
   if (unit.warnings.some(({ code }) => code === "voided_since")) return { kind: "fit", text: U.next.withdrawn };
   const verdict = verdictNow(unit);
-  if (verdict === null && verify_with.length > 0) return { kind: "verify", text: U.next.verify };
+  if (verdict === null && verify_with.length > 0) {
+    const coming = verify_with.every(({ campaign }) => campaign === open?.name) ? verify_with[0] : null;
+    return coming && open ? { kind: null, text: U.next.checkRuns(coming.campaign, coming.runs, open.of) } : { kind: "verify", text: U.next.verify };
+  }
   if (verdict === null) return { kind: null, text: U.next.recordFresh, link: { text: U.next.newCampaign, address: "#station" } };
   if (verdict === "fail") return { kind: "report", text: U.next.fail };
   if (verdict === "marginal") return { kind: null, text: U.next.marginal };

@@ -2,9 +2,9 @@
 // All units that the station knows: which are judged, which are not.
 
 import { get } from "./api.mjs";
+import { BatchCard } from "./batch_card.mjs";
 import { $, element, say, show } from "./dom.mjs";
 import { timeOfDay, UNKNOWN } from "./format.mjs";
-import { ReleaseAll } from "./release_all.mjs";
 import { badge } from "./runs_view.mjs";
 import { U, verdictOf } from "./unit_words.mjs";
 import { unitAddress } from "./views.mjs";
@@ -12,17 +12,17 @@ import { recordedNow } from "./words.mjs";
 
 export class UnitsView {
   #units = [];
-  #releaseAll;
+  #batch;
   #recorded = null; // what was recorded when the last status came
 
-  /** `userName()`: who releases models. */
+  /** `userName()`: who fits, verifies and releases. */
   constructor(userName) {
-    this.#releaseAll = new ReleaseAll(userName, () => this.#load());
+    this.#batch = new BatchCard(userName, () => this.#load());
     $("units-find").addEventListener("input", () => this.#render());
   }
 
   async open() {
-    await this.#load();
+    await Promise.all([this.#load(), this.#batch.look()]);
   }
 
   /**
@@ -38,9 +38,10 @@ export class UnitsView {
   async #load() {
     show($("units-failure"), false);
     try {
-      this.#units = (await get("units")).units;
+      const document = await get("units");
+      this.#units = document.units;
       this.#render();
-      this.#releaseAll.offer(this.#units);
+      this.#batch.offer(document);
     } catch (error) {
       say($("units-failure"), error.message);
       show($("units-failure"), true);

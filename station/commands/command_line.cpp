@@ -7,6 +7,7 @@
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
 #include <algorithm>
+#include <cstdlib>
 #include <exception>
 #include <iostream>
 #include <string_view>
@@ -202,6 +203,7 @@ OptionReader number_list(std::vector<double>& numbers, double low, double high, 
 
 int run_program(const Program& program, int argc, char** argv) {
   Output output(std::cout, std::cerr, asks_for_json(argc, argv), ::isatty(STDERR_FILENO) != 0, program.name);
+  if (std::getenv("SOAK_PROGRESS") != nullptr) output.tell_each_percent();
   try {
     for (int i = 1; i < argc; ++i) {
       if (base::is_utf8(argv[i])) continue;

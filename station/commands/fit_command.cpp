@@ -3,7 +3,9 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <limits>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <string_view>
@@ -38,6 +40,7 @@ struct FitCommand final : CatalogCommand {
   std::optional<ShardPart> shard;
   std::string shard_file;
   bool chamber_time = false;  ///< also what a shorter campaign would have given
+  bool brief = false;         ///< of many units only what became of each
 
   void declare(OptionList& options) override;
   base::Status run_with(db::Catalog& catalog, Output& output) override;
@@ -87,6 +90,7 @@ void FitCommand::declare(OptionList& options) {
       .add("--chamber-time", &chamber_time,
            "Also estimate what fewer runs, fewer plateaus or one sweep would have given, and in how many hours")
       .needs("--unit");
+  options.add("--brief", &brief, "With --all and --json: only what became of each unit, not its curves").needs("--all");
 }
 
 std::string fit_number(const std::optional<double>& value, double factor) {
@@ -292,6 +296,23 @@ std::vector<std::string> batch_row(const nlohmann::json& fit, bool up_to_date) {
           std::to_string(warnings.size())};
 }
 
+/// What became of each unit, and which its newest model is now.
+base::Status print_brief(const db::Catalog& catalog, const std::vector<BatchUnit>& units, Output& output) {
+  const auto heads = catalog.models();
+  if (!heads) return base::forward_error(heads);
+  std::map<std::string, std::int32_t> newest;
+  for (const db::ModelHead& head : *heads) newest[head.unit] = std::max(newest[head.unit], head.version);
+  nlohmann::json list = nlohmann::json::array();
+  for (const BatchUnit& unit : units) {
+    const auto model = newest.find(unit.serial);
+    list.push_back({{"unit", unit.serial},
+                    {"result", name_of(result_of(unit))},
+                    {"model", model == newest.end() ? nlohmann::json() : nlohmann::json(model->second)},
+                    {"message", unit.failure ? nlohmann::json(unit.failure->message) : nlohmann::json()}});
+  }
+  return output.print_json({{"units", std::move(list)}});
+}
+
 base::Status print_batch(const db::Catalog& catalog, const std::vector<BatchUnit>& units, Output& output) {
   std::vector<const BatchUnit*> fitted;
   for (const BatchUnit& unit : units) {
@@ -382,7 +403,8 @@ base::Status FitCommand::fit_all(const db::Catalog& catalog, Output& output) con
   const auto units = fit_batch(catalog, *serials, {campaign, {rules}, jobs, user_name()}, output.progress("fitting"));
   output.end_progress();
   if (!units) return base::forward_error(units);
-  const base::Status printed = print_batch(catalog, *units, output);
+  const bool is_brief = brief && output.json();
+  const base::Status printed = is_brief ? print_brief(catalog, *units, output) : print_batch(catalog, *units, output);
   const base::Status failed = all_failures(*units);
   return failed ? printed : failed;
 }

@@ -99,39 +99,63 @@ nlohmann::json damaged_json(const db::ModelHead& head, const base::Error& error)
           {"expires", nlohmann::json()}, {"obstacles", nlohmann::json::array({error.message})}};
 }
 
+/// What became of the models that a release came to.
+class ReleaseTally {
+ public:
+  void add(const ReleaseCase& release) {
+    documents_.push_back(release_json(release));
+    table_.push_back(
+        {release.head.unit, std::to_string(release.head.version), release.head.state,
+         release.expires_utc_s ? iso_date(*release.expires_utc_s) : "-",
+         fmt::format("{}{}", release.calibration.simulated ? "SIMULATED " : "", fmt::join(release.obstacles, "; "))});
+  }
+  void add_damaged(const db::ModelHead& head, const base::Error& error) {
+    documents_.push_back(damaged_json(head, error));
+    table_.push_back({head.unit, std::to_string(head.version), head.state, "-", error.message});
+    damaged_.push_back(head.unit);
+  }
+  [[nodiscard]] const std::vector<std::string>& damaged() const { return damaged_; }
+  [[nodiscard]] base::Status print(Output& output) {
+    if (documents_.empty()) return {};
+    if (output.json()) return output.print_json({{"units", std::move(documents_)}});
+    output.print(text_table(table_));
+    return {};
+  }
+
+ private:
+  nlohmann::json documents_ = nlohmann::json::array();
+  std::vector<std::vector<std::string>> table_ = {{"unit", "model", "state", "good until", ""}};
+  std::vector<std::string> damaged_;
+};
+
 base::Status ReleaseCommand::run_with(db::Catalog& catalog, Output& output) {
   const std::string signer = user_name(user);
   if (auto line = check_text_line(signer, "--user"); !line) return line;
   const auto heads = newest_models(catalog, *this);
   if (!heads) return base::forward_error(heads);
-  nlohmann::json documents = nlohmann::json::array();
-  std::vector<std::string> damaged;
-  std::vector<std::vector<std::string>> table = {{"unit", "model", "state", "good until", ""}};
+  ReleaseTally tally;
+  base::Status ended;
   for (const db::ModelHead& head : *heads) {
     const auto release = release_one(catalog, head, signer);
     if (!release && all && release.error().kind == base::ErrorKind::corrupt) {
-      documents.push_back(damaged_json(head, release.error()));
-      table.push_back({head.unit, std::to_string(head.version), head.state, "-", release.error().message});
-      damaged.push_back(head.unit);
+      tally.add_damaged(head, release.error());
       continue;
     }
-    if (!release) return base::forward_error(release);
+    if (!release) {
+      ended = base::forward_error(release);
+      break;
+    }
     if (!all && !release->obstacles.empty()) {
       return base::bad_input(
           fmt::format("model {} may not be released: {}", head.version, fmt::join(release->obstacles, "; ")),
           head.unit);
     }
-    documents.push_back(release_json(*release));
-    table.push_back(
-        {head.unit, std::to_string(head.version), release->head.state,
-         release->expires_utc_s ? iso_date(*release->expires_utc_s) : "-",
-         fmt::format("{}{}", release->calibration.simulated ? "SIMULATED " : "", fmt::join(release->obstacles, "; "))});
+    tally.add(*release);
   }
-  if (!output.json()) {
-    output.print(text_table(table));
-  } else if (auto printed = output.print_json({{"units", std::move(documents)}}); !printed) {
-    return printed;
-  }
+  // What was released stays so, and is told, whatever came after it.
+  if (auto printed = tally.print(output); !printed) return printed;
+  if (!ended) return ended;
+  const std::vector<std::string>& damaged = tally.damaged();
   if (damaged.empty()) return {};
   return base::fail(base::ErrorKind::corrupt,
                     fmt::format("records of {} of {} units are damaged, and these were not released: {}",

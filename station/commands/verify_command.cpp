@@ -155,10 +155,12 @@ base::Status verify_all(db::Catalog& catalog, const VerifyCommand& command, Outp
   std::vector<std::vector<std::string>> table = {{"unit", "model", "verdict", "state", "limits"}};
   std::vector<base::Error> failures;
   std::vector<std::string> failed;
+  base::Status ended;
   const auto progress = output.progress("verifying");
   for (std::size_t i = 0; i < units->size(); ++i) {
     if (!progress(static_cast<double>(i) / static_cast<double>(units->size()))) {
-      return base::fail(base::ErrorKind::internal, "interrupted; the verdicts so far are stored", "verify");
+      ended = base::fail(base::ErrorKind::internal, "interrupted; the verdicts so far are stored", "verify");
+      break;
     }
     const auto calibration = newest_of(catalog, (*units)[i]);
     auto judged = calibration ? judge(catalog, command, *calibration, output) : base::forward_error(calibration);
@@ -181,7 +183,7 @@ base::Status verify_all(db::Catalog& catalog, const VerifyCommand& command, Outp
   } else {
     output.print(text_table(table));
   }
-  return status_of_all(failures, failed, units->size());
+  return ended ? status_of_all(failures, failed, units->size()) : ended;
 }
 
 base::Status VerifyCommand::run_with(db::Catalog& catalog, Output& output) {

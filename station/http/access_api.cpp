@@ -10,6 +10,7 @@
 #include "station/http/api.h"
 #include "station/http/members.h"
 #include "station/http/web_files.h"
+#include "station/jobs/job.h"
 
 namespace soak::station {
 namespace {
@@ -81,7 +82,8 @@ Refusal not_known() {
 Role role_of_command(std::string_view name, const json& body) {
   if (name.starts_with("campaign/") || name == "jobs/cancel" || name == "unit/add") return Role::operating;
   if (name != "jobs") return Role::engineer;
-  constexpr std::array<std::string_view, 5> kOperators = {"fit", "verify", "report", "gap_find", "gap_show"};
+  constexpr std::array<std::string_view, 7> kOperators = {"fit",    kFitAll,    "verify",  kVerifyAll,
+                                                          "report", "gap_find", "gap_show"};
   const json kind = body.value("kind", json());
   const bool is_operators =
       kind.is_string() && std::ranges::find(kOperators, kind.get<std::string>()) != kOperators.end();

@@ -146,31 +146,44 @@ Result<json> answer_unit(RunArchive& runs, const JobRunner& jobs, const Paramete
   });
 }
 
+/// A version of a model as a parameter says it.
+Result<std::int32_t> version_in(const std::string& text) {
+  const auto version = base::parse_int(text);
+  if (!version || *version < 1 || *version > std::numeric_limits<std::int32_t>::max()) {
+    return base::bad_input("the version of a model is a whole number from 1 on", "version");
+  }
+  return static_cast<std::int32_t>(*version);
+}
+
 Result<json> answer_model(RunArchive& runs, const JobRunner& /*jobs*/, const Parameters& parameters) {
   if (auto known = only_parameters(parameters, {"unit", "version"}); !known) return base::forward_error(known);
   const auto serial = required(parameters, "unit", "a serial number");
   if (!serial) return base::forward_error(serial);
   const auto text = required(parameters, "version", "the version of a model");
   if (!text) return base::forward_error(text);
-  const auto version = base::parse_int(*text);
-  if (!version || *version < 1 || *version > std::numeric_limits<std::int32_t>::max()) {
-    return base::bad_input("the version of a model is a whole number from 1 on", "version");
-  }
-  return runs.in_turn([&](const db::Catalog& catalog) {
-    return model_overview(catalog, *serial, static_cast<std::int32_t>(*version));
-  });
+  const auto version = version_in(*text);
+  if (!version) return base::forward_error(version);
+  return runs.in_turn([&](const db::Catalog& catalog) { return model_overview(catalog, *serial, *version); });
 }
 
 Result<json> answer_impact(RunArchive& runs, const JobRunner& /*jobs*/, const Parameters& parameters) {
-  if (auto known = only_parameters(parameters, {"unit"}); !known) return base::forward_error(known);
+  if (auto known = only_parameters(parameters, {"unit", "version"}); !known) return base::forward_error(known);
   const auto serial = required(parameters, "unit", "a serial number");
   if (!serial) return base::forward_error(serial);
+  std::optional<std::int32_t> asked;
+  const auto text = single(parameters, "version");
+  if (!text) return base::forward_error(text);
+  if (*text) {
+    const auto version = version_in(**text);
+    if (!version) return base::forward_error(version);
+    asked = *version;
+  }
   std::optional<calib::Calibration> calibration;
   auto answer = runs.in_turn([&](const db::Catalog& catalog) -> Result<json> {
-    auto newest = newest_calibration(catalog, *serial);
-    if (!newest) return base::forward_error(newest);
-    calibration = std::move(newest->calibration);
-    return json{{"unit", *serial}, {"model", newest->version}};
+    auto model = calibration_of_model(catalog, *serial, asked);
+    if (!model) return base::forward_error(model);
+    calibration = std::move(model->calibration);
+    return json{{"unit", *serial}, {"model", model->version}};
   });
   if (!answer) return answer;
   auto impact = runs.compute([&] { return Result<json>(impact_with_drives_json(*calibration)); });
@@ -252,7 +265,7 @@ Result<json> do_start(JobRunner& jobs, const json& body) {
   if (!user) return base::forward_error(user);
   const auto kind = line_member(body, "kind", std::nullopt);
   if (!kind) return base::forward_error(kind);
-  const auto unit = name_member(body, "unit", *kind == kReleaseAll ? std::optional<std::string>("") : std::nullopt);
+  const auto unit = name_member(body, "unit", is_of_all(*kind) ? std::optional<std::string>("") : std::nullopt);
   if (!unit) return base::forward_error(unit);
   const auto campaign = name_member(body, "campaign", "");
   if (!campaign) return base::forward_error(campaign);

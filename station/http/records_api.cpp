@@ -64,6 +64,26 @@ Result<json> add_unit(const StationService& lab, RunArchive& archive, const json
   });
 }
 
+/// A unit that was repaired or changed: its runs so far are of another one. It is there: no unit comes to be by this.
+Result<json> begin_epoch(const StationService&, RunArchive& archive, const json& body) {
+  if (auto known = only_members(body, {"unit", "reason", "user"}); !known) return base::forward_error(known);
+  // Serial numbers that were taken in may be any line of text.
+  const auto serial = text_member(body, "unit", std::nullopt);
+  if (!serial) return base::forward_error(serial);
+  const auto reason = carried_member(body, "reason");
+  if (!reason) return base::forward_error(reason);
+  const auto user = carried_member(body, "user");
+  if (!user) return base::forward_error(user);
+  return archive.in_turn([&](db::Catalog& catalog) -> Result<json> {
+    const auto known = catalog.unit(*serial);
+    if (!known) return base::forward_error(known);
+    if (!*known) return base::bad_input("there is no such unit; /api/v1/units lists those that there are", "unit");
+    const auto unit = catalog.begin_epoch(*serial, *reason, *user);
+    if (!unit) return base::forward_error(unit);
+    return json{{"unit", unit->serial}, {"epoch", unit->epoch}};
+  });
+}
+
 /// What the catalog refuses is about that member of the body.
 base::Error at_member(base::Error error, const std::string& name) {
   if (error.kind == base::ErrorKind::bad_input) error.where = name;
@@ -159,6 +179,7 @@ Result<json> references_answer(RunArchive& archive, const Parameters& parameters
 
 const std::vector<RecordCommand>& record_commands() {
   static const std::vector<RecordCommand> commands = {{"unit/add", add_unit},
+                                                      {"unit/epoch", begin_epoch},
                                                       {"references/add", add_reference},
                                                       {"references/retire", retire_reference},
                                                       {"key/new", new_key}};

@@ -11,6 +11,7 @@
 #include <ctime>
 #include <nlohmann/json.hpp>
 #include <ostream>
+#include <utility>
 
 #include "base/text.h"
 
@@ -103,6 +104,12 @@ std::function<bool(double)> Output::progress(std::string_view what) {
     const double done = std::clamp(share, 0.0, 1.0);
     const int percent = static_cast<int>(100.0 * done);
     const auto now = Clock::now();
+    if (tells_each_percent_) {
+      if (std::exchange(last, percent) != percent) {
+        err_ << fmt::format("{}: {}: {} %\n", program_, name, percent) << std::flush;
+      }
+      return !interrupted();
+    }
     if (progress_bar_ && percent != last) {
       last = percent;
       bar_is_drawn_ = true;

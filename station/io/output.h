@@ -42,8 +42,11 @@ class Output {
 
   /// A callback for long work, which gets the share that is done. It draws a bar on a terminal; anywhere else, and
   /// without --json, it writes a line each minute, with the time at which the work will be done if it goes on like
-  /// that. Returns false once the user has pressed Ctrl-C.
+  /// that; after tell_each_percent() a line for each percent instead of either. Returns false once the user has pressed
+  /// Ctrl-C.
   [[nodiscard]] std::function<bool(double)> progress(std::string_view what);
+  /// From now on long work says how far it is to a program that listens ($SOAK_PROGRESS): "soak: fitting: 12 %".
+  void tell_each_percent() { tells_each_percent_ = true; }
   /// Ends a bar that was drawn.
   void end_progress();
 
@@ -53,6 +56,7 @@ class Output {
   bool json_;
   bool progress_bar_;
   std::string program_;
+  bool tells_each_percent_ = false;
   bool bar_is_drawn_ = false;
 };
 

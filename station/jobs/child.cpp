@@ -34,13 +34,14 @@ base::Error failure(const std::string& what) {
 /// What exec() takes, made before fork(): afterwards no memory may be had.
 class CommandLine {
  public:
-  explicit CommandLine(const ChildProgram& child) {
+  CommandLine(const ChildProgram& child, bool tells_progress) {
     words_.push_back(child.program.string());
     words_.insert(words_.end(), child.arguments.begin(), child.arguments.end());
     for (char** entry = environ; *entry != nullptr; ++entry) {
       if (!std::string_view(*entry).starts_with("USER=")) variables_.emplace_back(*entry);
     }
     variables_.push_back("USER=" + child.user);
+    if (tells_progress) variables_.emplace_back("SOAK_PROGRESS=1");
     for (std::string& word : words_) argv_.push_back(word.data());
     for (std::string& variable : variables_) envp_.push_back(variable.data());
     argv_.push_back(nullptr);
@@ -103,6 +104,7 @@ class Collected {
 
   [[nodiscard]] pollfd awaited() const { return {end_.get(), POLLIN, 0}; }  // −1, once it is closed, is passed over
   [[nodiscard]] bool is_whole() const { return is_whole_; }
+  [[nodiscard]] std::string_view text() const { return text_; }
   std::string take() { return std::move(text_); }
 
   /// Reads what there is.
@@ -150,13 +152,16 @@ class Stopper {
 
 int exit_status_of(int status) { return WIFSIGNALED(status) ? 128 + WTERMSIG(status) : WEXITSTATUS(status); }
 
-ChildEnd follow(pid_t process, Collected output, Collected errors, const std::atomic<bool>& stop) {
+ChildEnd follow(pid_t process, Collected output, Collected errors, const std::atomic<bool>& stop,
+                const std::function<void(std::string_view)>& hear) {
   Stopper stopper(process);
+  std::size_t heard = 0;
   for (;;) {
     std::array<pollfd, 2> awaited = {output.awaited(), errors.awaited()};
     ::poll(awaited.data(), awaited.size(), kLookEvery_ms);
     output.read();
     errors.read();
+    if (hear && std::exchange(heard, errors.text().size()) != errors.text().size()) hear(errors.text());
     if (stop) stopper.stop();
     int status = 0;
     const pid_t ended = ::waitpid(process, &status, WNOHANG);
@@ -171,7 +176,8 @@ ChildEnd follow(pid_t process, Collected output, Collected errors, const std::at
 
 }  // namespace
 
-base::Result<ChildEnd> run_child(const ChildProgram& child, const std::atomic<bool>& stop) {
+base::Result<ChildEnd> run_child(const ChildProgram& child, const std::atomic<bool>& stop,
+                                 const std::function<void(std::string_view errors)>& hear) {
   errno = 0;
   if (::access(child.program.c_str(), X_OK) != 0) {
     return tl::unexpected(failure("cannot run " + child.program.string()));
@@ -182,7 +188,7 @@ base::Result<ChildEnd> run_child(const ChildProgram& child, const std::atomic<bo
   if (!out) return base::forward_error(out);
   auto err = make_pipe();
   if (!err) return base::forward_error(err);
-  const CommandLine command(child);
+  const CommandLine command(child, static_cast<bool>(hear));
   const pid_t parent = ::getpid();
   const pid_t process = ::fork();
   if (process < 0) return tl::unexpected(failure("cannot start a process"));
@@ -190,7 +196,7 @@ base::Result<ChildEnd> run_child(const ChildProgram& child, const std::atomic<bo
   out->write.reset();
   err->write.reset();
   return follow(process, Collected(std::move(out->read), kMostOutput), Collected(std::move(err->read), kMostErrors),
-                stop);
+                stop, hear);
 }
 
 }  // namespace soak::station

@@ -4,7 +4,9 @@
 #include <atomic>
 #include <cstddef>
 #include <filesystem>
+#include <functional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "base/result.h"
@@ -34,7 +36,9 @@ inline constexpr std::size_t kMostErrors = std::size_t{64} << 10;
 /// short, none of this process's open files and sockets with it. Asked to end (SIGTERM) once `stop` is set, so that
 /// what it has just committed it also reports; killed three seconds later, as what it writes survives that (the catalog
 /// by its transactions), and where the calling thread ends, however that happens. Fails (internal) where it cannot be
-/// started.
-[[nodiscard]] base::Result<ChildEnd> run_child(const ChildProgram& child, const std::atomic<bool>& stop);
+/// started. `hear`: gets what it has said on standard error by now, whenever there is more of it; a `soak` then says
+/// there how far it is ($SOAK_PROGRESS).
+[[nodiscard]] base::Result<ChildEnd> run_child(const ChildProgram& child, const std::atomic<bool>& stop,
+                                               const std::function<void(std::string_view errors)>& hear = {});
 
 }  // namespace soak::station

@@ -8,6 +8,7 @@
 #include <array>
 #include <nlohmann/json.hpp>
 
+#include "base/text.h"
 #include "calib/deploy/calibration_file.h"
 #include "calib/model/model_document.h"
 #include "station/io/data_folder.h"
@@ -22,8 +23,10 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::array<std::string_view, 9> kKinds = {"fit",    "verify",   "report",     "release", kReleaseAll,
-                                                    "export", "gap_find", "gap_accept", "gap_show"};
+constexpr std::array<std::string_view, 11> kKinds = {"fit",      "verify",     "report",    "release",
+                                                     kFitAll,    kVerifyAll,   kReleaseAll, "export",
+                                                     "gap_find", "gap_accept", "gap_show"};
+constexpr std::string_view kProgressEnd = " %";
 constexpr std::size_t kLongestStem = 60;
 
 /// Runs that the model was fitted to cannot judge it.
@@ -82,6 +85,41 @@ base::Status check_version(const db::Catalog& catalog, const JobRequest& request
   return base::bad_input(fmt::format("unit {} has no model {}", request.unit, *request.model), "model");
 }
 
+/// A job of all units: of a verification the campaign is known.
+base::Status check_of_all(const db::Catalog& catalog, const JobRequest& request) {
+  if (!request.unit.empty()) {
+    return base::bad_input(fmt::format("{} is of all units: leave it out", request.kind), "unit");
+  }
+  if (request.kind != kVerifyAll) return {};
+  const auto campaigns = catalog.campaigns();
+  if (!campaigns) return base::forward_error(campaigns);
+  if (std::ranges::find(*campaigns, request.campaign) != campaigns->end()) return {};
+  return base::bad_input("the campaign of the fresh runs is missing, or there is none of that name", "campaign");
+}
+
+JobCommand command_of_all(const JobRequest& request) {
+  if (request.kind == kFitAll) return {{"fit", "--all", "--brief"}, ""};
+  if (request.kind == kVerifyAll) return {{"verify", "--all", "--campaign=" + request.campaign}, ""};
+  return {{"release", "--all"}, ""};
+}
+
+/// A line of job_progress().
+bool is_progress(std::string_view line) {
+  return line.starts_with("soak: ") && line.ends_with(kProgressEnd) && job_progress(line).has_value();
+}
+
+/// What was said beside how far it was.
+std::string without_progress(std::string_view errors) {
+  std::string rest;
+  while (!errors.empty()) {
+    const std::size_t end = std::min(errors.find('\n'), errors.size() - 1) + 1;
+    const std::string_view line = errors.substr(0, end);
+    if (!is_progress(line.substr(0, line.find('\n')))) rest += line;
+    errors.remove_prefix(end);
+  }
+  return rest;
+}
+
 /// Takes over the members that there are.
 json part_of(const json& document, std::initializer_list<const char*> members) {
   json part = json::object();
@@ -93,13 +131,13 @@ json part_of(const json& document, std::initializer_list<const char*> members) {
 
 }  // namespace
 
+bool is_of_all(std::string_view kind) { return kind == kFitAll || kind == kVerifyAll || kind == kReleaseAll; }
+
 base::Status check_job(const db::Catalog& catalog, const JobRequest& request) {
   if (std::ranges::find(kKinds, request.kind) == kKinds.end()) {
     return base::bad_input(fmt::format("there is no such job; there are {}", fmt::join(kKinds, ", ")), "kind");
   }
-  if (request.kind == kReleaseAll) {
-    return request.unit.empty() ? base::Status() : base::bad_input("release_all is of all units: leave it out", "unit");
-  }
+  if (is_of_all(request.kind)) return check_of_all(catalog, request);
   const auto unit = catalog.unit(request.unit);
   if (!unit) return base::forward_error(unit);
   if (!*unit) return base::bad_input("there is no such unit; /api/v1/units lists those that there are", "unit");
@@ -130,7 +168,7 @@ base::Result<JobCommand> job_command(const db::Catalog& catalog, const JobReques
   const auto output = [&](const std::string& name) { return "--output=" + (folder / name).string(); };
   const std::string stem = plain_file_name(request.unit.substr(0, kLongestStem));
   if (request.kind == "fit" || request.kind == "release") return JobCommand{{request.kind, unit}, ""};
-  if (request.kind == kReleaseAll) return JobCommand{{"release", "--all"}, ""};
+  if (is_of_all(request.kind)) return command_of_all(request);
   if (request.kind == "report") {
     const std::string name = stem + ".html";
     return JobCommand{{"report", unit, output(name)}, name};
@@ -163,7 +201,7 @@ json job_result(const std::string& kind, const std::string& output) {
   json document = json::parse(output, nullptr, false);
   if (!document.is_object()) return nullptr;
   if (kind == "fit") return part_of(document, {"unit", "model", "epoch", "simulated"});
-  if (kind == "verify" || kind == kReleaseAll || kind.starts_with("gap_")) return document;
+  if (kind == "verify" || is_of_all(kind) || kind.starts_with("gap_")) return document;
   if (kind == "release") {
     return part_of(document.value("/units/0"_json_pointer, json::object()),
                    {"unit", "model", "state", "simulated", "expires"});
@@ -177,17 +215,37 @@ json job_result(const std::string& kind, const std::string& output) {
   return part;
 }
 
+base::Result<std::optional<std::int32_t>> job_model(const db::Catalog& catalog, const JobRequest& request) {
+  const bool is_of_none =
+      request.kind == "fit" || is_of_all(request.kind) || (request.kind == "export" && request.format == "kalibr");
+  if (is_of_none) return std::nullopt;
+  const auto model = exported_model(catalog, request);
+  if (!model) return base::forward_error(model);
+  return *model ? std::optional((*model)->version) : std::nullopt;
+}
+
+std::optional<double> job_progress(std::string_view errors) {
+  const std::size_t end = errors.rfind(kProgressEnd);
+  if (end == std::string_view::npos) return std::nullopt;
+  const std::size_t begin = errors.rfind(' ', end == 0 ? 0 : end - 1);
+  if (begin == std::string_view::npos) return std::nullopt;
+  const auto percent = base::parse_int(errors.substr(begin + 1, end - begin - 1));
+  return percent && *percent >= 0 && *percent <= 100 ? std::optional(static_cast<double>(*percent) / 100.0)
+                                                     : std::nullopt;
+}
+
 std::string job_message(const ChildEnd& end) {
+  const std::string errors = without_progress(end.errors);
   // Remarks come before the error, which is a document of its own.
-  const std::size_t newline = end.errors.rfind("\n{");
+  const std::size_t newline = errors.rfind("\n{");
   const std::size_t begin = newline == std::string::npos ? 0 : newline + 1;
-  const json document = json::parse(end.errors.substr(begin), nullptr, false);
+  const json document = json::parse(errors.substr(begin), nullptr, false);
   if (document.is_object() && document.contains("error")) {
     const json& error = document["error"];
     const std::string where = error.value("where", "");
     return (where.empty() ? "" : where + ": ") + error.value("message", "");
   }
-  if (!end.errors.empty()) return end.errors.substr(end.errors.size() - std::min<std::size_t>(end.errors.size(), 2000));
+  if (!errors.empty()) return errors.substr(errors.size() - std::min<std::size_t>(errors.size(), 2000));
   if (end.exit_status > 128) return fmt::format("ended by signal {}", end.exit_status - 128);
   return fmt::format("ended with status {}", end.exit_status);
 }

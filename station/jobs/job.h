@@ -15,15 +15,18 @@
 
 namespace soak::station {
 
-/// The kind of job that is of all units, and not of one.
+/// Kinds of jobs that are of all units, and not of one.
+inline constexpr std::string_view kFitAll = "fit_all";
+inline constexpr std::string_view kVerifyAll = "verify_all";
 inline constexpr std::string_view kReleaseAll = "release_all";
+[[nodiscard]] bool is_of_all(std::string_view kind);
 
-/// What somebody at the page wants to be done with a unit.
+/// What somebody at the page wants to be done with a unit, or with all.
 struct JobRequest {
-  /// "fit", "verify", "report", "release", kReleaseAll, "export", "gap_find", "gap_accept", "gap_show"
+  /// "fit", "verify", "report", "release", "export", "gap_find", "gap_accept", "gap_show", or one that is_of_all()
   std::string kind;
-  std::string unit;        ///< serial number; empty: kReleaseAll
-  std::string campaign;    ///< verify: of the fresh runs
+  std::string unit;        ///< serial number; empty: of all
+  std::string campaign;    ///< verify, kVerifyAll: of the fresh runs
   std::string format;      ///< export: one of export_formats()
   bool simulated = false;  ///< export: also of a model that was made from simulated data
   std::string user;
@@ -51,6 +54,14 @@ struct JobCommand {
 
 /// What of the document that `soak` printed is kept with the job; null where it printed none.
 [[nodiscard]] nlohmann::json job_result(const std::string& kind, const std::string& output);
+
+/// Version of the model that a job works on; none where it is of none: a fit, a job of all units, values of the noise,
+/// a unit without a model.
+[[nodiscard]] base::Result<std::optional<std::int32_t>> job_model(const db::Catalog& catalog,
+                                                                  const JobRequest& request);
+
+/// How far it is by what it has said on standard error ("soak: fitting: 12 %"), 0 to 1; none where it has not.
+[[nodiscard]] std::optional<double> job_progress(std::string_view errors);
 
 /// Why it failed, in the words of `soak --json` on standard error.
 [[nodiscard]] std::string job_message(const ChildEnd& end);

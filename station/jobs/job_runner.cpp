@@ -28,12 +28,14 @@ json new_document(const JobRequest& request, std::int64_t id) {
   return {{"id", id},
           {"kind", request.kind},
           {"unit", request.unit},
-          {"campaign", text_or_null(request.kind == "verify" ? request.campaign : "")},
+          {"model", nullptr},
+          {"campaign", text_or_null(request.kind == "verify" || request.kind == kVerifyAll ? request.campaign : "")},
           {"format", text_or_null(request.kind == "export" ? request.format : "")},
           {"effects", std::move(effects)},
           {"sign", request.kind == "export" ? json(request.sign) : json()},
           {"user", request.user},
           {"state", "running"},
+          {"progress", nullptr},
           {"started_utc_s", now_utc_s()},
           {"ended_utc_s", nullptr},
           {"exit_status", nullptr},
@@ -167,6 +169,9 @@ base::Result<JobRunner::UnderWay> JobRunner::prepare(const JobRequest& request, 
     return base::fail(base::ErrorKind::internal, "cannot create the folder: " + failure.message(), folder.string());
   }
   UnderWay job{new_document(request, id), {}};
+  const auto model = job_model(*catalog, request);
+  if (!model) return base::forward_error(model);
+  if (*model) job.document["model"] = **model;
   auto command = job_command(*catalog, request, folder);
   base::Status noted;
   if (command) {
@@ -207,7 +212,10 @@ void JobRunner::work() {
 
 void JobRunner::carry_out(UnderWay job) {
   const ChildProgram child{program_, job.command.arguments, job.document["user"]};
-  const auto end = run_child(child, stop_child_);
+  const auto end = run_child(child, stop_child_, [&](std::string_view errors) {
+    const std::scoped_lock lock(mutex_);
+    if (const auto share = job_progress(errors)) shelf_.tell_progress(job.document["id"], *share);
+  });
   if (end) {
     finish(job.document, job.command, *end);
   } else {

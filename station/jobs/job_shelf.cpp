@@ -11,9 +11,11 @@
 #include <utility>
 #include <vector>
 
+#include "base/result.h"
 #include "base/text.h"
 #include "station/io/host.h"
 #include "station/io/text_file.h"
+#include "station/jobs/job.h"
 
 namespace soak::station {
 namespace {
@@ -26,9 +28,9 @@ constexpr std::string_view kAside = "damaged-";  // begins the name of a folder 
 
 /// Members that a document of an older version may lack.
 json complete(const json& stored) {
-  json job = {{"campaign", nullptr},  {"format", nullptr},      {"effects", nullptr}, {"user", "unknown"},
-              {"started_utc_s", 0.0}, {"ended_utc_s", nullptr}, {"message", nullptr}, {"exit_status", nullptr},
-              {"result", nullptr},    {"file", nullptr}};
+  json job = {{"model", nullptr},   {"progress", nullptr},    {"campaign", nullptr},  {"format", nullptr},
+              {"effects", nullptr}, {"user", "unknown"},      {"started_utc_s", 0.0}, {"ended_utc_s", nullptr},
+              {"message", nullptr}, {"exit_status", nullptr}, {"result", nullptr},    {"file", nullptr}};
   job.update(stored);
   return job;
 }
@@ -49,6 +51,19 @@ bool are_warnings(const json& warnings) {
   return warnings.is_null() || (warnings.is_array() && std::ranges::all_of(warnings, is_warning));
 }
 
+/// Of a job of all units: what became of each.
+bool are_units(const json& units) {
+  const auto is_unit = [](const json& unit) {
+    return unit.is_object() && unit.value("unit", json()).is_string() && are_warnings(unit.value("warnings", json()));
+  };
+  return units.is_null() || (units.is_array() && std::ranges::all_of(units, is_unit));
+}
+
+bool is_sound_result(const json& result) {
+  return result.is_null() || (result.is_object() && are_warnings(result.value("warnings", json())) &&
+                              are_units(result.value("units", json())));
+}
+
 bool is_made_file(const json& file) { return file.is_object() && file.contains("name") && file["name"].is_string(); }
 
 constexpr std::array<std::string_view, 4> kStates = {"running", "done", "failed", "cancelled"};
@@ -61,9 +76,7 @@ bool is_sound(const json& job, std::int64_t id) {
   return job.contains("id") && job["id"] == id &&
          std::ranges::find(kStates, job["state"].get<std::string>()) != kStates.end() &&
          is_text_or_null(job["campaign"]) && is_text_or_null(job["format"]) && is_text_or_null(job["message"]) &&
-         are_names(job["effects"]) && job["started_utc_s"].is_number() &&
-         (job["result"].is_null() ||
-          (job["result"].is_object() && are_warnings(job["result"].value("warnings", json())))) &&
+         are_names(job["effects"]) && job["started_utc_s"].is_number() && is_sound_result(job["result"]) &&
          (job["file"].is_null() || is_made_file(job["file"]));
 }
 
@@ -88,6 +101,14 @@ void put_aside(const std::filesystem::path& folder) {
                        failure ? "it cannot be moved: " + failure.message() : "it is now in " + aside.string()));
 }
 
+/// Units that a verification of all has judged, also where it was cancelled afterwards.
+const json& judged_units(const json& job) {
+  static const json none = json::array();
+  if (job["kind"] != kVerifyAll || job["state"] == "running" || !job["result"].is_object()) return none;
+  const auto units = job["result"].find("units");
+  return units != job["result"].end() && units->is_array() ? *units : none;
+}
+
 bool is_done(const json& job) { return job["state"] == "done"; }
 
 constexpr std::array<std::string_view, 4> kLasting = {"verify", "export", "gap_find", "gap_show"};
@@ -97,6 +118,20 @@ constexpr std::array<std::string_view, 4> kLasting = {"verify", "export", "gap_f
 bool is_lasting(const json& job) {
   return is_done(job) && std::ranges::find(kLasting, job["kind"].get<std::string>()) != kLasting.end() &&
          job.value("/result/model"_json_pointer, json()).is_number_integer();
+}
+
+/// Of a verification of all, what it is to one unit.
+json as_if_alone(const json& job, const json& judged) {
+  json own = job;
+  const json verdict = judged.value("verdict", json());
+  own.update({{"kind", "verify"},
+              {"unit", judged["unit"]},
+              {"model", judged.value("model", json())},
+              {"state", "done"},
+              {"exit_status", verdict == "fail" ? static_cast<int>(base::ErrorKind::limits) : 0},
+              {"message", nullptr},
+              {"result", judged}});
+  return own;
 }
 
 }  // namespace
@@ -153,7 +188,8 @@ void JobShelf::remove_what_is_too_much() {
   std::set<std::pair<std::string, std::string>> seen;  // unit and kind of a newer one that lasts
   for (auto job = jobs_.end(); job != jobs_.begin();) {
     --job;
-    const bool lasts = is_lasting(job->second) && seen.emplace(job->second["unit"], job->second["kind"]).second;
+    bool lasts = is_lasting(job->second) && seen.emplace(job->second["unit"], job->second["kind"]).second;
+    for (const json& unit : judged_units(job->second)) lasts |= seen.emplace(unit.value("unit", ""), "verify").second;
     if (++newer <= kMostJobs || lasts || job->second["state"] == "running") continue;
     remove_folder(job->first);
     job = jobs_.erase(job);
@@ -183,6 +219,10 @@ std::optional<json> JobShelf::find(std::int64_t id) const {
 json JobShelf::newest(const std::string& unit, const std::string& kind) const {
   for (auto job = jobs_.rbegin(); job != jobs_.rend(); ++job) {
     if (is_lasting(job->second) && job->second["unit"] == unit && job->second["kind"] == kind) return job->second;
+    if (kind != "verify") continue;
+    for (const json& judged : judged_units(job->second)) {
+      if (judged.value("unit", "") == unit) return as_if_alone(job->second, judged);
+    }
   }
   return nullptr;
 }

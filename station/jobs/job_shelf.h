@@ -16,7 +16,8 @@ namespace soak::station {
 /// document and the file that was made: they outlive the daemon. Not for several threads at once.
 class JobShelf {
  public:
-  /// Kept of all, the newest; of each unit the newest verdict, export, gap search and comparison too.
+  /// Kept of all, the newest; of each unit the newest verdict (of its own, or of a verification of all), export, gap
+  /// search and comparison too.
   static constexpr std::size_t kMostJobs = 20;
   /// Listed of those.
   static constexpr std::size_t kMostListed = 100;
@@ -35,6 +36,8 @@ class JobShelf {
   void write(const nlohmann::json& job) const;
   /// Keeps a document anew, and removes the jobs that are too many.
   void put(const nlohmann::json& job);
+  /// How far a job is, 0 to 1, which nobody needs any more once soakd has ended.
+  void tell_progress(std::int64_t id, double share) { jobs_.at(id)["progress"] = share; }
   /// The folder of a job that did not come to be.
   void remove_folder(std::int64_t id) const;
 
@@ -45,7 +48,8 @@ class JobShelf {
   [[nodiscard]] nlohmann::json last() const { return jobs_.empty() ? nlohmann::json() : jobs_.rbegin()->second; }
   [[nodiscard]] std::optional<nlohmann::json> find(std::int64_t id) const;
   /// The newest job of a kind that lasts (verify, export, gap_find, gap_show) of a unit that came to its end and names
-  /// a model; null where there is none.
+  /// a model; null where there is none. What a verification of all units said of this one is as if it had been of it
+  /// alone: kind "verify" with the unit, and the unit's own result.
   [[nodiscard]] nlohmann::json newest(const std::string& unit, const std::string& kind) const;
 
  private:

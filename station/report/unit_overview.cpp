@@ -7,7 +7,9 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <set>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 #include "calib/judge/warning_list.h"
@@ -50,6 +52,27 @@ json run_counts(const std::vector<db::RunRow>& runs, const db::UnitRow& unit) {
     newest_utc_s = std::max(newest_utc_s, run.created_utc_s);
   }
   return {{"runs", number}, {"to_fit", to_fit}, {"newest_run_utc_s", newest_utc_s > 0.0 ? json(newest_utc_s) : json()}};
+}
+
+/// Campaigns with runs for a verification, the newest first: [{"campaign", "units"}].
+json check_campaigns(const std::vector<db::RunRow>& runs) {
+  struct Found {
+    double newest_utc_s = 0.0;
+    std::set<std::string> units;
+  };
+  std::map<std::string, Found> by_name;
+  for (const db::RunRow& run : runs) {
+    if (!run.sealed || run.voided || run.purpose != "verification") continue;
+    Found& found = by_name[run.campaign];
+    found.newest_utc_s = std::max(found.newest_utc_s, run.created_utc_s);
+    found.units.insert(run.unit);
+  }
+  std::vector<std::pair<std::string, Found>> sorted(by_name.begin(), by_name.end());
+  std::ranges::stable_sort(sorted,
+                           [](const auto& a, const auto& b) { return a.second.newest_utc_s > b.second.newest_utc_s; });
+  json list = json::array();
+  for (const auto& [name, found] : sorted) list.push_back({{"campaign", name}, {"units", found.units.size()}});
+  return list;
 }
 
 json model_head(const db::ModelRow& model) {
@@ -159,18 +182,24 @@ base::Status add_model(const db::Catalog& catalog, const db::ModelRow& model, js
   return {};
 }
 
-/// Versions before the newest one that are released and keep the rule of release now, the newest of them first.
-base::Result<json> released_before(const db::Catalog& catalog, const std::string& serial) {
+/// `released_before`, the versions before the newest one that are released and keep the rule of release now, the newest
+/// of them first; and those of them that are of simulated data.
+base::Status add_released_before(const db::Catalog& catalog, const std::string& serial, json& overview) {
   const auto heads = catalog.models(serial);
   if (!heads) return base::forward_error(heads);
   json versions = json::array();
+  json simulated = json::array();
   for (auto head = heads->rbegin(); head != heads->rend(); ++head) {
     if (head == heads->rbegin() || head->state != "released") continue;
     const auto release = judge_release(catalog, *head, now_utc_s());
     if (!release) return base::forward_error(release);
-    if (release->obstacles.empty()) versions.push_back(head->version);
+    if (!release->obstacles.empty()) continue;
+    versions.push_back(head->version);
+    if (release->calibration.simulated) simulated.push_back(head->version);
   }
-  return versions;
+  overview["released_before"] = std::move(versions);
+  overview["simulated_before"] = std::move(simulated);
+  return {};
 }
 
 base::Result<db::UnitRow> known_unit(const db::Catalog& catalog, const std::string& serial) {
@@ -180,11 +209,13 @@ base::Result<db::UnitRow> known_unit(const db::Catalog& catalog, const std::stri
   return **std::move(unit);
 }
 
-/// Which versions there are instead: they count from 1.
-base::Result<std::string> newest_text(const db::Catalog& catalog, const std::string& serial) {
+/// Refuses a version, and says which there are instead: they count from 1.
+tl::unexpected<base::Error> no_such_model(const db::Catalog& catalog, const std::string& serial, std::int32_t version) {
   const auto newest = catalog.model(serial);
   if (!newest) return base::forward_error(newest);
-  return *newest ? fmt::format("its newest is {}", (*newest)->version) : std::string("it has none yet");
+  const std::string there =
+      *newest ? fmt::format("its newest is {}", (*newest)->version) : std::string("it has none yet");
+  return base::bad_input(fmt::format("unit {} has no model {}: {}", serial, version, there), "version");
 }
 
 }  // namespace
@@ -219,7 +250,7 @@ base::Result<json> units_overview(const db::Catalog& catalog) {
     return entry["newest_run_utc_s"].is_null() ? 0.0 : entry["newest_run_utc_s"].get<double>();
   };
   std::ranges::stable_sort(list, [&](const json& a, const json& b) { return newest(a) > newest(b); });
-  return json{{"units", std::move(list)}};
+  return json{{"units", std::move(list)}, {"check_campaigns", check_campaigns(*runs)}};
 }
 
 base::Result<json> unit_overview(const db::Catalog& catalog, const std::string& serial) {
@@ -237,9 +268,7 @@ base::Result<json> unit_overview(const db::Catalog& catalog, const std::string& 
                    {"verify_with", json::array()},
                    {"fitted_to", json::array()}};
   overview.update(run_counts(*runs, *unit));
-  auto released = released_before(catalog, serial);
-  if (!released) return released;
-  overview["released_before"] = *std::move(released);
+  if (auto added = add_released_before(catalog, serial, overview); !added) return base::forward_error(added);
   if (*model) {
     if (auto added = add_model(catalog, **model, overview); !added) return base::forward_error(added);
   }
@@ -251,11 +280,7 @@ base::Result<json> model_overview(const db::Catalog& catalog, const std::string&
   if (!unit) return base::forward_error(unit);
   const auto model = catalog.model(serial, version);
   if (!model) return base::forward_error(model);
-  if (!*model) {
-    const auto newest = newest_text(catalog, serial);
-    if (!newest) return base::forward_error(newest);
-    return base::bad_input(fmt::format("unit {} has no model {}: {}", serial, version, *newest), "version");
-  }
+  if (!*model) return no_such_model(catalog, serial, version);
   const auto calibration = calib::calibration_of((*model)->document);
   if (!calibration) return base::forward_error(calibration);
   auto part = model_part(catalog, **model, *calibration, fit_of(**model));
@@ -263,11 +288,13 @@ base::Result<json> model_overview(const db::Catalog& catalog, const std::string&
   return json{{"unit", serial}, {"model", *std::move(part)}};
 }
 
-base::Result<ModelCalibration> newest_calibration(const db::Catalog& catalog, const std::string& serial) {
+base::Result<ModelCalibration> calibration_of_model(const db::Catalog& catalog, const std::string& serial,
+                                                    std::optional<std::int32_t> version) {
   const auto unit = known_unit(catalog, serial);
   if (!unit) return base::forward_error(unit);
-  const auto model = catalog.model(serial);
+  const auto model = catalog.model(serial, version);
   if (!model) return base::forward_error(model);
+  if (!*model && version) return no_such_model(catalog, serial, *version);
   if (!*model) {
     return base::bad_input(fmt::format("unit {} has no model yet: fit it first", serial), "unit");
   }

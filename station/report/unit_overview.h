@@ -12,7 +12,8 @@
 
 namespace soak::station {
 
-/// All units with the number of their runs and their newest model, those recorded last first
+/// All units with the number of their runs and their newest model, those recorded last first; the campaigns that can
+/// judge them
 /// (docs/schema/http-units.schema.json).
 [[nodiscard]] base::Result<nlohmann::json> units_overview(const db::Catalog& catalog);
 
@@ -33,9 +34,10 @@ struct ModelCalibration {
   calib::Calibration calibration;
 };
 
-/// Of the newest model. Refuses (bad_input, where == "unit") an unknown unit and one without a model; (corrupt) a
-/// damaged model.
-[[nodiscard]] base::Result<ModelCalibration> newest_calibration(const db::Catalog& catalog, const std::string& serial);
+/// Of a version of a unit's model, the newest where none is named. Refuses (bad_input, where == "unit") an unknown unit
+/// and one without a model, (where == "version") a version that there is not; (corrupt) a damaged model.
+[[nodiscard]] base::Result<ModelCalibration> calibration_of_model(const db::Catalog& catalog, const std::string& serial,
+                                                                  std::optional<std::int32_t> version);
 
 /// What was withdrawn since of what the newest model of a unit rests on, in words; empty where nothing was.
 [[nodiscard]] base::Result<std::string> doubt_of_model(const db::Catalog& catalog, const std::string& serial);

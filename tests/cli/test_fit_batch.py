@@ -182,6 +182,20 @@ class Batch(SoakTest):
         done = soak(self.data, self.procedures, "fit", "--all", "--json", status=2)
         self.assertEqual([unit["unit"] for unit in json.loads(done.stdout)["units"]], sorted([ONE_WAY, *BOTH_WAYS]))
         self.assertIn(f"unit {STUCK}: ", json.loads(done.stderr)["error"]["message"])
+        done = soak(self.data, self.procedures, "fit", "--all", "--brief", "--json", status=2)
+        brief = json.loads(done.stdout)
+        check_schema(brief, "fit-brief")
+        self.assertEqual([(unit["unit"], unit["result"], unit["model"]) for unit in brief["units"]],
+                         [(serial, "failed", None) if serial == STUCK else (serial, "up_to_date", 1) for serial in sorted([ONE_WAY, STUCK, *BOTH_WAYS])])
+        self.assertIn(next(unit["message"] for unit in brief["units"] if unit["unit"] == STUCK), json.loads(done.stderr)["error"]["message"])
+
+    def test_a_program_that_listens_is_told_how_far_it_is(self):
+        done = subprocess.run([os.environ["SOAK_BIN"], "fit", "--all", "--jobs", "1", "--json", "--data", str(self.data)],
+                              env={**os.environ, "SOAK_PROCEDURES": str(self.procedures), "SOAK_PROGRESS": "1"}, capture_output=True, text=True, check=True)
+        check_schema(json.loads(done.stdout), "fit-all")
+        said = [int(line.removeprefix("soak: fitting: ").removesuffix(" %")) for line in done.stderr.splitlines()]
+        self.assertEqual(said, sorted(set(said)))
+        self.assertEqual(said[-1], 100)
 
 
 if __name__ == "__main__":

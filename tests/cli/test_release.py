@@ -168,21 +168,40 @@ class Rule(ReleaseTest):
         kinds = [event["kind"] for event in self.soak_json("events-list", "events", "list", "--user", "eva")["events"]]
         self.assertEqual(kinds, ["model_released"])
 
-    def test_one_that_is_interrupted_releases_nothing_afterwards(self):
-        self.verify()
+    def interrupted(self, *words):
+        """What a command prints that is interrupted where it would enter its first release."""
         with contextlib.closing(open_catalog(self.data / "station.db")) as catalog:
             catalog.isolation_level = None
-            catalog.execute("BEGIN IMMEDIATE")  # it waits here, where it would enter the release
-            process = subprocess.Popen(self.command("release", "--all", "--json"), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+            catalog.execute("BEGIN IMMEDIATE")  # it waits here
+            process = subprocess.Popen(self.command(*words), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
             caught = 1 << signal.SIGTERM - 1
             while not int(pathlib.Path(f"/proc/{process.pid}/status").read_text().split("SigCgt:")[1].split()[0], 16) & caught:
                 self.assertIsNone(process.poll(), "it ended before it could be interrupted")
             process.terminate()
             catalog.execute("ROLLBACK")
         out, err = process.communicate(timeout=60)
-        self.assertEqual((process.returncode, out), (1, ""))
+        self.assertEqual(process.returncode, 1)
+        return out, err
+
+    def test_one_that_is_interrupted_releases_nothing_afterwards(self):
+        self.verify()
+        out, err = self.interrupted("release", "--all", "--json")
+        self.assertEqual(out, "")
         self.assertIn("interrupted", json.loads(err)["error"]["message"])
         self.assertEqual(self.shown()["state"], "verified")
+
+    def test_one_that_is_interrupted_tells_what_it_came_to(self):
+        self.released()
+        for lab, procedure in (("campaign", "import"), ("verification", "verification")):
+            self.soak("import", fitted_folder() / "lab" / lab / f"{SERIAL}.csv", "--unit", "SN1", "--campaign", lab, "--procedure",
+                      procedure, "--simulated", "--gravity-mps2", "9.80665")
+        self.soak("fit", "--unit", "SN1")
+        self.soak("verify", "--unit", "SN1", "--campaign", "verification", "--limits", self.write("l", WIDE))
+        out, err = self.interrupted("release", "--all", "--json")
+        document = json.loads(out)
+        check_schema(document, "release")
+        self.assertEqual([(one["unit"], one["state"]) for one in document["units"]], [(SERIAL, "released")])
+        self.assertIn("interrupted", json.loads(err)["error"]["message"])
 
     def test_without_limits_nothing_is_released(self):
         self.verify("[limits]\ngyro = 0.2\n")

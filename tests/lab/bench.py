@@ -120,6 +120,24 @@ class LabTest(unittest.TestCase):
             return campaign["step_kind"] == kind and campaign["run_label"] == run
         return self.wait(f"step {kind} of {run}", there, lab_s=4.0 if kind in ("wait_stable", "record") else 0.5)
 
+    def hold(self, held):
+        """Time goes on, and the campaign's step and what is left of it stay as `held` has them."""
+        self.wait("time goes on", lambda s: s["clock"]["process_s"] > held["clock"]["process_s"] + 200)
+        later = self.status()
+        for figure in ("step", "remaining_s", "progress"):
+            self.assertEqual(later["campaign"][figure], held["campaign"][figure], "nothing comes nearer while it is held")
+
+    def come_nearer(self, held):
+        """What was left while the campaign was held is all that there is to do: it never grows afterwards."""
+        left_s = []
+
+        def is_beyond(status):
+            left_s.append(status["campaign"]["remaining_s"])
+            return status["campaign"]["step"] > held["campaign"]["step"] or status["state"] in ENDED
+
+        self.wait("the step after", is_beyond)
+        self.assertLessEqual(max(left_s), held["campaign"]["remaining_s"])
+
     def wait_for_end(self):
         return self.wait("the end", lambda s: s["state"] in ENDED, lab_s=60.0)
 

@@ -124,24 +124,6 @@ class Campaign(LabTest):
         self.assertEqual(self.modbus("relay").read_holding_registers(16, 1, 1).registers, [1])
         self.assertTrue(self.status()["units"][0]["powered"])
 
-    def hold(self, held):
-        """Time goes on, and the campaign's step and what is left of it stay as `held` has them."""
-        self.wait("time goes on", lambda s: s["clock"]["process_s"] > held["clock"]["process_s"] + 200)
-        later = self.status()
-        for figure in ("step", "remaining_s", "progress"):
-            self.assertEqual(later["campaign"][figure], held["campaign"][figure], "nothing comes nearer while it is held")
-
-    def come_nearer(self, held):
-        """What was left while the campaign was held is all that there is to do: it never grows afterwards."""
-        left_s = []
-
-        def is_beyond(status):
-            left_s.append(status["campaign"]["remaining_s"])
-            return status["campaign"]["step"] > held["campaign"]["step"]
-
-        self.wait("the step after", is_beyond)
-        self.assertLessEqual(max(left_s), held["campaign"]["remaining_s"])
-
     def test_a_silent_chamber_stops_the_countdown(self):
         self.start_lab(cut=["chamber"])
         self.start_campaign(short_procedure())

@@ -163,6 +163,40 @@ class Suspension(LabTest):
         self.assertEqual(places, [(0, "+Z"), (0, "-Z"), (1, "+Z"), (1, "-Z")])
         self.assert_safe()
 
+    def suspend(self):
+        """The chamber falls silent until the campaign waits for it; that status."""
+        self.proxies["chamber"].cut()
+        suspended = self.wait("the suspension", lambda s: s["suspension"])
+        self.assertEqual(suspended["suspension"]["causes"], ["chamber"])
+        return suspended
+
+    def test_what_is_left_stands_still_while_a_question_is_suspended(self):
+        def by_hand(text):
+            begin, end_ = text.index("[fixture]"), text.index("[power]")
+            return text[:begin] + text[end_:]
+
+        self.start_lab(rate=200, cut=["chamber"], edit=by_hand)
+        self.start_campaign(short_procedure(set_points=(15,), positions=("+Z",)))
+        asked = self.wait("the question", lambda s: s["prompt"] and s["campaign"]["step_kind"] == "move" and s["campaign"]["run_label"] == "R01")
+        suspended = self.suspend()
+        self.assertEqual(suspended["campaign"]["step"], asked["campaign"]["step"])
+        self.hold(suspended)
+        self.lab.soak("campaign", "abort", "--reason", "test")
+        self.proxies["chamber"].mend()
+        self.assertEqual(self.wait_for_end()["state"], "aborted")
+
+    def test_what_is_left_stands_still_while_the_warm_end_is_suspended(self):
+        self.start_lab(rate=100, cut=["chamber"])
+        self.start_campaign(short_procedure(set_points=(0,), positions=("+Z",)))
+        self.wait_for_step("warm_end")
+        suspended = self.suspend()
+        self.assertEqual(suspended["campaign"]["step_kind"], "warm_end")
+        self.hold(suspended)
+        self.proxies["chamber"].mend()
+        self.come_nearer(suspended)
+        self.assertEqual(self.wait_for_end()["state"], "finished")
+        self.assert_safe()
+
     def test_a_suspension_ends_safely_after_the_limit_of_the_procedure(self):
         self.start_lab(rate=400, cut=["chamber"])
         self.start_campaign(short_procedure(extra="[suspend]\ngive_up_h = 1.0\n"))

@@ -191,19 +191,19 @@ class Week(LabTest):
     def close_the_gap(self):
         self.open_unit(LAGGING)
         self.click("#unit-fit")
-        self.see("#unit-jobs", "Fit: model 1")
+        self.see("#unit-jobs", "made model 1")
         self.click("#gap-find")
         self.see("#gap-verdict-text", "sensor lag")
         self.click("#gap-accept")
         self.click("#accept-send")
-        self.see("#unit-jobs", "Accepted sensor lag: model 2")
+        self.see("#unit-jobs", f"Accepted: unit {LAGGING}, model 1, sensor lag; made model 2")
         self.click("#gap-show")
         self.see("#gap-shown-text", "on 1 fresh run")
         shown = self.lab.soak_json("gap", "show", "--unit", LAGGING)["sensors"]
         closed = [sensor["fresh"]["closed_fraction"] for sensor in shown.values() if sensor["fresh"]]
         self.assertGreater(max(closed), 0.3, closed)
         self.click("#unit-fit")
-        self.see("#unit-jobs", "Fit: model 3")
+        self.see("#unit-jobs", f"Fit: unit {LAGGING}, all runs for calibration; made model 3")
         self.see("#gap-terms", "sensor_lag")
 
     def fit_meanwhile(self):

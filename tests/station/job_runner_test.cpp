@@ -192,6 +192,77 @@ TEST_F(Runner, ReleasesOfAllUnitsInOneCommandAndListsThemByTheirJobOnly) {
   EXPECT_EQ(catalog_.events()->back().text, "release_all: done");
 }
 
+TEST_F(Runner, FitsAndVerifiesAllUnitsInOneCommandEach) {
+  ASSERT_TRUE(catalog_.ensure_campaign("check", "verification"));
+  soak_does("for word; do echo \"$word\" >> " + (folder_.path() / "words").string() + "; done; echo '{\"units\": []}'");
+  JobRunner jobs(folder_.path(), program_);
+  ended(jobs, jobs.start({"fit_all", "", "", "", false, "Eva"}).value()["id"]);
+  const json all = ended(jobs, jobs.start({"verify_all", "", "check", "", false, "Eva"}).value()["id"]);
+  EXPECT_EQ(all["campaign"], "check");
+  EXPECT_TRUE(all["model"].is_null());
+  std::ifstream words(folder_.path() / "words");
+  const std::string common = "--data=" + folder_.path().string() + "\n--json\n";
+  EXPECT_EQ(std::string(std::istreambuf_iterator<char>(words), {}),
+            "fit\n--all\n--brief\n" + common + "verify\n--all\n--campaign=check\n" + common);
+  EXPECT_EQ(catalog_.events()->back().text, "verify_all against check: done");
+}
+
+TEST_F(Runner, SaysHowFarAJobIsAsSoakSaysIt) {
+  soak_does("test -n \"$SOAK_PROGRESS\" && echo 'soak: fitting: 40 %' >&2; while [ ! -e " +
+            (folder_.path() / "go").string() + " ]; do sleep 0.01; done; echo 'soak: note' >&2; exit 1");
+  JobRunner jobs(folder_.path(), program_);
+  const std::int64_t id = jobs.start({"fit_all", "", "", "", false, "Eva"}).value()["id"];
+  while (jobs.show(id).value()["progress"].is_null()) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  EXPECT_EQ(jobs.show(id).value()["progress"], 0.4);
+  std::ofstream(folder_.path() / "go") << "on";
+  const json job = ended(jobs, id);
+  EXPECT_TRUE(job["progress"].is_null());
+  EXPECT_EQ(job["message"], "soak: note\n") << "how far it was is no reason";
+}
+
+TEST_F(Runner, WhatACancelledJobOfAllHasDoneIsKept) {
+  soak_does(
+      "trap 'echo \"{\\\"units\\\": [{\\\"unit\\\": \\\"-SN 1\\\", \\\"state\\\": \\\"released\\\"}]}\"; exit 1' TERM; "
+      ": > " +
+      (folder_.path() / "begun").string() + "; while :; do sleep 0.01; done");
+  JobRunner jobs(folder_.path(), program_);
+  const std::int64_t id = jobs.start({"release_all", "", "", "", false, "Eva"}).value()["id"];
+  while (!std::filesystem::exists(folder_.path() / "begun")) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  const auto job = jobs.cancel(id, "Bob");
+  ASSERT_TRUE(job);
+  EXPECT_EQ((*job)["state"], "cancelled");
+  EXPECT_EQ((*job)["result"]["units"][0]["state"], "released");
+}
+
+TEST_F(Runner, AVerificationOfAllIsToEachUnitOneOfItsOwnAndLastsAsLong) {
+  const json judged = {{"unit", "-SN 1"}, {"model", 2}, {"verdict", "fail"}, {"warnings", json::array()}};
+  JobShelf shelf(folder_.path() / "jobs");
+  std::filesystem::create_directories(shelf.folder_of(1));
+  shelf.put({{"id", 1}, {"kind", "verify"}, {"unit", "-SN 1"}, {"state", "done"}, {"result", {{"model", 2}}}});
+  std::filesystem::create_directories(shelf.folder_of(2));
+  shelf.put({{"id", 2},
+             {"kind", "verify_all"},
+             {"unit", ""},
+             {"campaign", "check"},
+             {"user", "Eva"},
+             {"state", "cancelled"},
+             {"message", "cancelled by Bob"},
+             {"result", {{"units", {judged}}}}});
+  soak_does("echo '{\"unit\": \"x\"}'");
+  JobRunner jobs(folder_.path(), program_);
+  for (std::size_t i = 0; i < JobShelf::kMostJobs; ++i) ended(jobs, jobs.start(fit()).value()["id"]);
+  const json own = jobs.newest("-SN 1", "verify");
+  EXPECT_EQ(own["id"], 2);
+  EXPECT_EQ(own["kind"], "verify");
+  EXPECT_EQ(own["unit"], "-SN 1");
+  EXPECT_EQ(own["campaign"], "check");
+  EXPECT_EQ(own["state"], "done");
+  EXPECT_EQ(own["exit_status"], 5);
+  EXPECT_EQ(own["result"], judged);
+  EXPECT_FALSE(jobs.show(1)) << "a newer verdict has taken its place";
+  EXPECT_TRUE(jobs.newest("SN2", "verify").is_null());
+}
+
 TEST_F(Runner, BeginningAndEndAreInTheEventLogWithTheUser) {
   soak_does("echo '{\"error\": {\"code\": 2, \"message\": \"no run\", \"where\": \"\"}}' >&2; exit 2");
   JobRunner jobs(folder_.path(), program_);
@@ -306,6 +377,8 @@ TEST_F(Runner, ADamagedDocumentIsPutAsideAndStopsNobody) {
                              {{"started_utc_s", "now"}},
                              {{"result", "pass"}},
                              {{"result", {{"warnings", {{{"code", "partial_range"}}}}}}},
+                             {{"result", {{"units", {{{"unit", 1}}}}}}},
+                             {{"result", {{"units", {{{"unit", "x"}, {"warnings", {{{"code", 1}}}}}}}}}},
                              {{"file", {{"name", 1}}}},
                              {{"state", "lost"}},
                              {{"id", 7}}}) {
@@ -381,6 +454,9 @@ TEST_F(Runner, RefusesWhatIsNoJobAndLeavesNoFolder) {
   EXPECT_EQ(refused({"fit", "SN2", "", "", false, ""}), "unit");
   EXPECT_EQ(refused({"fit", "", "", "", false, ""}), "unit");
   EXPECT_EQ(refused({"release_all", "-SN 1", "", "", false, ""}), "unit");
+  EXPECT_EQ(refused({"fit_all", "-SN 1", "", "", false, ""}), "unit");
+  EXPECT_EQ(refused({"verify_all", "", "", "", false, ""}), "campaign");
+  EXPECT_EQ(refused({"verify_all", "", "c", "", false, ""}), "campaign");
   EXPECT_EQ(refused({"verify", "-SN 1", "", "", false, ""}), "campaign");
   EXPECT_EQ(refused({"verify", "-SN 1", "c", "", false, ""}), "unit") << "it has no model";
   EXPECT_EQ(refused({"export", "-SN 1", "", "exe", false, ""}), "format");

@@ -14,7 +14,7 @@ from soak_cli import check_schema
 READS = ["status", "plan", "history", "stored", "noise?unit=x", "log", "runs", f"run?run=x&unit={UNIT}", "run/series", "units",
          f"unit?unit={UNIT}", "jobs", "job?id=1", "job/file?id=1", "events", "session", "alarms", "key"]
 COMMANDS = ["campaign/start", "campaign/queue", "campaign/look", "campaign/unqueue", "campaign/next", "campaign/pause", "campaign/resume", "campaign/abort",
-            "campaign/confirm", "jobs", "jobs/cancel", "run/void", "alarms/test", "key/new", "logout"]
+            "campaign/confirm", "jobs", "jobs/cancel", "run/void", "unit/epoch", "alarms/test", "key/new", "logout"]
 ABORT = {"reason": "smoke"}
 SLOW = 200
 
@@ -78,10 +78,17 @@ class Attacker(unittest.TestCase):
             self.assertEqual(session, {"accounts": True, "name": name, "role": ROLES[name]})
             answers = [self.station.post(path, body, cookie) for path, body in (("campaign/abort", ABORT), ("run/void", void), ("jobs", export))]
             self.assertEqual(tuple(answer[0] for answer in answers), expected, [answer[2] for answer in answers])
-        for release in ({"kind": "release", "unit": UNIT}, {"kind": "release_all"}):
-            status, _, body = self.station.post("jobs", release, self.station.cookie("otto"))
+        repair = {"unit": UNIT, "reason": "board repaired"}
+        for path, body in (("jobs", {"kind": "release", "unit": UNIT}), ("jobs", {"kind": "release_all"}), ("unit/epoch", repair)):
+            status, _, body = self.station.post(path, body, self.station.cookie("otto"))
             self.assertEqual(status, 403)
             self.assertIn("needs the role engineer", body)
+        for path, body in (("jobs", {"kind": "fit_all"}), ("jobs", {"kind": "verify_all", "campaign": "none"})):
+            self.assertIn("needs the role operator", self.station.post(path, body, self.station.cookie("vera"))[2])
+        self.assertEqual(self.station.post("jobs", {"kind": "verify_all", "campaign": "none"}, self.station.cookie("otto"))[0], 400)
+        status, _, body = self.station.post("unit/epoch", repair, self.station.cookie("eva"))
+        self.assertEqual((status, json.loads(body)["unit"]), (200, UNIT))
+        self.assertIn(', by eva: board repaired', self.station.query("SELECT text FROM event WHERE kind = 'epoch_begun'")[0][0])
         self.assertIn("needs the role operator", self.station.post("campaign/abort", ABORT, self.station.cookie("vera"))[2])
 
     def test_a_command_is_signed_with_the_account_whatever_the_body_says(self):

@@ -4,6 +4,7 @@ says what is in the way."""
 import json
 import subprocess
 import unittest
+import urllib.error
 import urllib.parse
 
 import test_units
@@ -50,9 +51,11 @@ class HandOver(BrowserTest):
         self.see("#units-verified", "1 model is verified and not released yet.")
         self.see("#units-list", "verified")
         self.browser.click("#units-release")
-        self.see("#units-release-news", "1 of 2 newest models are released now.")
-        self.see("#units-not-released", f"{OTHER}, model 1, may not be released: it was never verified")
-        self.browser.wait("return document.querySelector('#units-release-box').hidden")
+        self.see("#units-last-job", "Release: all units, their newest models")
+        self.see("#units-last-text", "1 of 2 newest models are released now.")
+        self.see("#units-last-rest", f"{OTHER}, model 1, may not be released: it was never verified")
+        self.see("#units-verified", "0 models are verified")
+        self.assertTrue(self.browser.run("return document.querySelector('#units-release').disabled"))
         self.see("#units-list", "released")
         listed = self.soakd.get("units")
         check_schema(listed, "http-units")
@@ -139,12 +142,13 @@ class HandOver(BrowserTest):
         self.assertEqual(self.soakd.get("unit", unit=SERIAL)["released_before"], [1])
         self.open_unit(SERIAL)
         self.see("#unit-badges", "fitted")
-        self.browser.run("""document.querySelector('#unit-simulated').checked = true;
-            const choice = document.querySelector('#unit-version'); choice.value = '1'; choice.dispatchEvent(new Event('change'));""")
+        self.browser.run("const choice = document.querySelector('#unit-version'); choice.value = '1'; choice.dispatchEvent(new Event('change'));")
+        self.browser.click("#unit-simulated")
         self.browser.click("#unit-export")
         self.see("#unit-jobs li", "Made from model 1; the newest is 2.")
         self.assertEqual(self.browser.text("#unit-jobs li a"), f"Download {SERIAL}.soakcal")
         self.browser.run("const choice = document.querySelector('#unit-version'); choice.value = ''; choice.dispatchEvent(new Event('change'));")
+        self.browser.click("#unit-simulated")  # the tick was about model 1
         self.browser.click("#unit-export")
         self.see("#unit-jobs li", f"{SERIAL}.unreleased.soakcal")
         made = [job["result"] for job in self.soakd.get("jobs")["jobs"] if job["kind"] == "export"]
@@ -152,6 +156,57 @@ class HandOver(BrowserTest):
         for wrong in ({"kind": "export", "format": "blob", "model": 3}, {"kind": "export", "format": "kalibr", "model": 1}, {"kind": "fit", "model": 1}):
             self.assertEqual(self.soakd.refusal("jobs", unit=SERIAL, **wrong), (400, "model"), wrong)
         self.assertEqual(self.browser.console(), [])
+
+    def test_the_tick_of_simulated_data_is_about_the_model_that_is_chosen(self):
+        """A unit whose first model is of simulated and measured runs and released, and the second of measured ones alone."""
+        lab = stored_units() / "lab"
+        gravity = ("--gravity-mps2", "9.80665")
+        self.soakd.soak("import", lab / "campaign" / f"{SERIAL}.csv", "--unit", "MIXED", "--campaign", "measured", *gravity)
+        self.soakd.soak("import", lab / "campaign" / f"{OTHER}.csv", "--unit", "MIXED", "--campaign", "made up", "--simulated", *gravity)
+        self.soakd.soak("import", lab / "verification" / f"{SERIAL}.csv", "--unit", "MIXED", "--campaign", "verification", "--procedure", "verification", *gravity)
+        self.soakd.limits('name = "generic"\n[limits]\ngyro = 50.0\naccel = 50.0\n')
+        self.soakd.soak("fit", "--unit", "MIXED", "--rules", "2")
+        self.verify("MIXED")
+        self.job(kind="release", unit="MIXED")
+        self.soakd.soak("fit", "--unit", "MIXED", "--rules", "2", "--campaign", "measured")
+        unit = self.soakd.get("unit", unit="MIXED")
+        check_schema(unit, "http-unit")
+        self.assertEqual((unit["model"]["version"], unit["model"]["simulated"], unit["released_before"], unit["simulated_before"]), (2, False, [1], [1]))
+        self.open_unit("MIXED")
+        self.see("#unit-version", "1, older, released")
+        self.assertTrue(self.browser.run("return document.querySelector('#unit-simulated-box').hidden"))
+        choose = "const choice = document.querySelector('#unit-version'); choice.value = arguments[0]; choice.dispatchEvent(new Event('change'));"
+        self.browser.run(choose, "1")
+        self.see("#unit-simulated-box", "Although model 1 is of SIMULATED data")
+        self.browser.click("#unit-export")
+        self.see("#job-failure", "model 1 is of SIMULATED data")
+        self.browser.click("#unit-simulated")
+        self.browser.run(choose, "")
+        self.browser.run(choose, "1")
+        self.assertFalse(self.browser.run("return document.querySelector('#unit-simulated').checked"))
+        self.browser.click("#unit-simulated")
+        self.browser.click("#unit-export")
+        self.see("#unit-jobs li", "Export: unit MIXED, model 1, as Calibration file (.soakcal)")
+        self.see("#unit-jobs li", "Made from model 1; the newest is 2.")
+
+    def test_what_drives_lose_is_said_of_the_model_that_they_were_simulated_with(self):
+        self.open_unit(SERIAL)
+        self.see("#unit-impact", "What the calibration of model 1 buys in navigation")
+        self.see("#unit-drives", "Model 1: With a navigation filter")
+        first = self.soakd.get("impact", unit=SERIAL)
+        self.soakd.soak("fit", "--unit", SERIAL, "--rules", "3")
+        self.assertEqual(self.soakd.get("impact", unit=SERIAL, version=1), first)
+        self.assertEqual(self.soakd.get("impact", unit=SERIAL)["model"], 2)
+        for wrong in (0, 3, "x"):
+            with self.assertRaises(urllib.error.HTTPError) as refused:
+                self.soakd.get("impact", unit=SERIAL, version=wrong)
+            self.assertEqual((refused.exception.code, json.load(refused.exception)["error"]["where"]), (400, "version"))
+        # Whoever has the page of model 1 before them is told of model 1.
+        told = self.browser.run("""const [unit, model] = arguments; const card = document.createElement('section'); document.body.append(card);
+            return import('/impact_card.mjs').then(({ renderImpact }) => renderImpact(card, model, unit)).then(() => new Promise((done) => {
+              const look = () => (card.innerText.includes('outages of') ? done(card.innerText) : setTimeout(look, 50)); look(); }));""",
+                                SERIAL, self.soakd.get("model", unit=SERIAL, version=1)["model"])
+        self.assertIn("Model 1: With a navigation filter", told)
 
     def test_a_released_model_that_breaks_the_rule_now_is_not_to_be_handed_over(self):
         self.job(kind="release", unit=SERIAL)

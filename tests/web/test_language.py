@@ -187,6 +187,19 @@ class Choice(LanguageTest):
             self.assertGreater(len(asked), 5)
             self.assertEqual([(group, key) for group, key in asked if key not in known.get(group, ())], [])
 
+    def test_the_head_takes_one_line_on_a_screen_of_1280(self):
+        self.station.set("/campaign/name", "acceptance of the second lot, repeated after the repair")
+        for tags in ("en", "de"):
+            self.speak(tags)
+            self.open()
+            self.browser.resize(1280, 900)
+            boxes = self.browser.run("""return [...document.querySelectorAll('.top > *, .top nav a, .top input')].map((node) => [node.id || node.textContent, node.getBoundingClientRect()])
+                .filter(([, box]) => box.width > 0 && box.height > 0).map(([name, { left, right, top, bottom }]) => ({ name, left, right, top, bottom }));""")
+            self.assertGreater(len(boxes), 10)
+            self.assertLess(max(box["top"] for box in boxes), min(box["bottom"] for box in boxes), boxes)
+            self.assertLessEqual(max(box["right"] for box in boxes), 1280, boxes)
+            self.assertEqual([box for box in boxes if box["name"] == "campaign-name" and box["right"] - box["left"] < 48], [])
+
     def test_numbers_and_dates_are_written_as_the_language_does(self):
         self.station.set("/campaign/remaining_s", 86400.0)
         for tags, air, day in (("de", "−20,04", "morgen"), ("en", "−20.04", "tomorrow")):

@@ -211,7 +211,7 @@ class Units(Views):
         self.go("de", "unit")
         self.browser.wait_for_text("#unit-verdict", "BESTANDEN")
         self.browser.wait_for_text("#unit-verdict", "alle Sensoren liegen innerhalb ihrer Grenzwerte")
-        self.browser.wait_for_text("#unit-jobs", "Verifizierung gegen verification")
+        self.browser.wait_for_text("#unit-jobs", f"Verifizierung: Prüfling {SERIAL}, Modell 1, Kampagne verification")
 
     def test_every_warning_is_said_by_its_code(self):
         source = (ROOT / "calib" / "judge" / "detail" / "report_words.cpp").read_text(encoding="utf-8")

@@ -181,6 +181,18 @@ class OnThePage(WithLaboratory):
         self.browser.wait_for_text("#start-failure", "cannot connect")
         self.browser.console()  # Chromium lists the 502
 
+    def test_a_procedure_in_the_list_says_what_it_is_for_and_how_long_it_takes(self):
+        self.open()
+        said = dict(self.browser.run("return [...document.querySelectorAll('#start-choice option')].map((option) => [option.value, option.text])"))
+        hours = round(next(entry["estimate_s"] for entry in self.soakd.get("procedures")["procedures"] if entry["file"] == "minor-loop.toml") / 60) // 60
+        self.assertRegex(said["minor-loop.toml"], rf"^minor-loop, calibration, {hours} h( \d+ min)?: The set points of six-position-both-ways upwards, with a turn halfway$")
+        self.assertRegex(said["verification.toml"], r"^verification, verification, \d+ h.*: ")
+        self.assertRegex(said["ours.toml"], r"^of this laboratory, calibration, \d+ h( \d+ min)?$")
+        self.assertEqual(said["broken.toml"], "broken.toml (has mistakes)")
+        self.assertTrue(all(len(text) < 160 for text in said.values()), said)
+        self.choose("minor-loop.toml")
+        self.browser.wait_for_text("#start-review [lang=en]", "Thermal hysteresis remembers the turn, a warm-up or an ageing does not.")
+
     def test_a_file_that_was_changed_meanwhile_is_what_is_checked(self):
         path = self.soakd.data / "procedures" / "changing.toml"
         self.addCleanup(path.unlink)

@@ -75,6 +75,18 @@ class StationTest(PageTest):
 
 
 class AfterABreak(StationTest):
+    def test_a_page_that_saw_the_campaign_goes_on_when_soakd_knows_it_no_more(self):
+        self.station.tell("plan " + json.dumps(soak_plan()))
+        set_step(self.station, soak_plan(), "move", run=1, visit=0, position="+X")
+        self.station.set("/prompt", {"id": 7, "text": "Turn", "code": "position", "about": {"position": "+X", "wrong": []}})
+        self.open()
+        self.shown("#prompt-inner")
+        self.see("#step-text", "Run 1 of 2")
+        self.station.tell("status " + json.dumps({**self.status(), "state": "interrupted", "campaign": None, "resumable": "acceptance", "prompt": None, "units": []}))
+        self.hidden("#prompt-inner")
+        self.see("#step-text", "Campaign acceptance can be resumed")
+        self.assertEqual(self.browser.console(), [])
+
     def broken(self, state, **more):
         self.browser.go(self.station.url)
         status = {**self.status(), "state": state, "campaign": None, "units": [], "reason": "the supply failed",

@@ -338,7 +338,7 @@ class Page(BrowserTest, WithStation):
         self.assertIn(b"<title>", self.downloaded("SIM-0001.html"))
 
         self.click("#unit-export")
-        self.see("#job-failure", "Tick “Although it is of SIMULATED data”")
+        self.see("#job-failure", "Tick “Although model 1 is of SIMULATED data”")
         self.assertEqual(self.browser.run("return document.activeElement.id"), "unit-simulated")
         self.click("#unit-simulated")
         for form, name in (("blob", "SIM-0001.unreleased.soakcal"), ("c", "SIM-0001.unreleased.h")):
@@ -354,7 +354,7 @@ class Page(BrowserTest, WithStation):
         self.see("#unit-jobs li:first-child", "Made from model 1.")
         self.click("#unit-release")
         self.see("#unit-badges", "released")
-        self.see("#unit-jobs", "Release: model 1")
+        self.see("#unit-jobs", f"Release: unit {SERIAL}, model 1")
         self.see("#unit-jobs li:nth-child(2)", "Made from model 1 before that was released")
         self.see("#unit-next", "Export it.")  # the files that there are say that they are not released
         self.assertEqual(self.soakd.query("SELECT user FROM event WHERE kind = 'model_released' AND subject = 'SIM-0001'"), [("Eva",)])
@@ -431,7 +431,7 @@ class Page(BrowserTest, WithStation):
         self.open_unit(OTHER)
         self.click("#unit-fit")
         self.soakd.held_child()
-        self.see("#job-running-text", f"Fitting: unit {OTHER}")
+        self.see("#job-running-text", f"Fitting: unit {OTHER}, all runs for calibration; for ")
         self.click("#unit-cancel")
         self.see("#unit-jobs li", "cancelled by")
         self.assertTrue(self.browser.run("return document.querySelector('#job-running').hidden"))
@@ -441,6 +441,65 @@ class Page(BrowserTest, WithStation):
         self.see("#unit-jobs li", "failed")
         self.assertIn("run r1", self.browser.text("#unit-jobs li"))
         self.assertEqual(self.browser.console(), [])
+
+    def test_a_job_says_what_it_works_on(self):
+        self.browser.go(self.soakd.url)
+        job = {"id": 1, "unit": "SN1", "model": 2, "campaign": None, "format": None, "effects": None, "sign": None, "user": "Eva", "state": "done", "progress": None,
+               "started_utc_s": 1000.0, "result": {"model": 2}, "message": None}
+
+        def said(running=False, **more):
+            return self.browser.run("""const [job, running] = arguments;
+                return import('/text.mjs').then(({ textsOf }) => Promise.all([textsOf('units'), textsOf('gap')])).then(() => import('/job_words.mjs'))
+                  .then((words) => (running ? words.runningText(job, 1012) : words.endedText(job).title));""", {**job, **more}, running)
+        self.assertEqual(said(kind="fit", model=None, result={"model": 3}), "Fit: unit SN1, all runs for calibration; made model 3")
+        self.assertEqual(said(kind="verify", campaign="check-1"), "Verification: unit SN1, model 2, campaign check-1")
+        self.assertEqual(said(kind="report"), "Report: unit SN1, model 2")
+        self.assertEqual(said(kind="release", state="failed", result=None), "Release: unit SN1, model 2")
+        self.assertEqual(said(kind="export", format="px4", sign=False), "Export: unit SN1, model 2, as PX4 parameters")
+        self.assertEqual(said(kind="export", format="kalibr", sign=False, model=None, result={"model": None}), "Export: unit SN1, as Kalibr noise values")
+        self.assertEqual(said(kind="gap_accept", effects=["sensor_lag"], result={"model": 3}), "Accepted: unit SN1, model 2, sensor lag; made model 3")
+        self.assertEqual(said(kind="gap_find"), "Gap search: unit SN1, model 2")
+        self.assertEqual(said(kind="verify", campaign="c", model=None), "Verification: unit SN1, model 2, campaign c", "kept before jobs said it")
+        self.assertEqual(said(kind="verify_all", unit="", model=None, campaign="c", result={}), "Verification: all units, their newest models, campaign c")
+        self.assertEqual(said(True, kind="export", format="px4", sign=False, result=None), "Exporting: unit SN1, model 2; for 12 s now, started by Eva.")
+        self.assertEqual(said(True, kind="fit_all", unit="", model=None, result=None, progress=0.4), "Fitting: all units, all runs for calibration; for 12 s now, started by Eva. 40 %.")
+
+    def test_a_verification_is_offered_once_its_campaign_is_over(self):
+        """The real station's documents, but that its status tells of a campaign that still runs."""
+        lab = stored_units() / "lab"
+        for campaign, procedure in (("campaign", "import"), ("verification", "verification")):
+            self.soakd.soak("import", lab / campaign / f"{OTHER}.csv", "--unit", "CHECKED", "--campaign", campaign, "--procedure", procedure, "--simulated",
+                            "--gravity-mps2", "9.80665")
+        self.soakd.soak("fit", "--unit", "CHECKED", "--rules", "2")
+        script = """
+          window.campaign = "verification";
+          const read = JSON.parse;
+          const listen = EventSource.prototype.addEventListener;
+          EventSource.prototype.addEventListener = function (kind, listener) {
+            listen.call(this, kind, listener);
+            if (kind === "status") window.tell = (data) => listener({ data });
+          };
+          JSON.parse = (text, ...more) => {
+            const value = read(text, ...more);
+            if (value?.clock && value.state) window.said = text;
+            if (value?.clock && value.state && window.campaign) Object.assign(value, { state: "running", campaign: { name: window.campaign, procedure: "verification",
+              purpose: "verification", run_label: "V02", run: 3, runs: 4, step: 0, steps: 1, step_kind: "record", step_text: "records", step_trouble: null, on_way_back: false,
+              progress: 0.5, remaining_s: 100, started_utc_s: 1 } });
+            return value;
+          };
+          const ask = window.fetch;
+          const plan = { procedure: {}, runs: [true, false, false, false].map((preflight) => ({ preflight })), steps: [], estimate_s: 1 };
+          window.fetch = (path, ...more) => (String(path).endsWith("/plan") && window.campaign ? Promise.resolve(new Response(JSON.stringify(plan), { headers: { "Content-Type": "application/json" } })) : ask(path, ...more));
+        """
+        added = self.browser.devtools("Page.addScriptToEvaluateOnNewDocument", source=script)
+        self.addCleanup(self.browser.devtools, "Page.removeScriptToEvaluateOnNewDocument", **added)
+        self.open_unit("CHECKED")
+        self.see("#unit-next", "Wait: campaign verification still runs, 1 of 3 check runs recorded.")
+        self.see("#unit-campaign", "verification (still running: 1 of 3 runs recorded)")
+        self.assertEqual(self.browser.run("const b = document.querySelector('#unit-verify'); return [b.disabled, b.classList.contains('primary')]"), [False, False])
+        self.browser.run("window.campaign = null; window.tell(window.said)")
+        self.see("#unit-next", "Verify it with a run that the fit has not seen.")
+        self.assertTrue(self.browser.run("return document.querySelector('#unit-verify').classList.contains('primary')"))
 
     def test_the_same_warning_of_several_sensors_is_one_line(self):
         warnings = [{"code": code, "text": f"{sensor}{text}", "remedy": None, "sensors": [sensor], "urgency": "act"}

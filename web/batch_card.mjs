@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: Apache-2.0
+// Fit, verification and release of all units at once: what there is to do, the job that does it, and what became of the last one.
+
+import { get, post } from "./api.mjs";
+import { $, element, say, show, tell } from "./dom.mjs";
+import { clock } from "./format.mjs";
+import { endedText, runningText } from "./job_words.mjs";
+import { batchText, messageOf, restOf } from "./batch_words.mjs";
+import { badge } from "./runs_view.mjs";
+import { U } from "./unit_words.mjs";
+import { unitAddress } from "./views.mjs";
+
+const LOOK_AGAIN_MS = 1000;
+const LOOKS_AT_OTHERS = 10; // every so many times where no job is known to run
+const BUTTONS = { fit_all: "units-fit", verify_all: "units-verify", release_all: "units-release" };
+
+export class BatchCard {
+  #userName;
+  #changed;
+  #running = null; // the job that is under way, of whatever unit
+  #shown = null; // number of the job of all units that is shown as the last; 0: none; null: nobody has looked
+  #can = { fit_all: false, verify_all: false, release_all: false };
+  #asked = false; // somebody has asked for a job, and the station has not answered
+  #looking = false;
+
+  /** `userName()`: who is at the page; `changed()`: models or verdicts are others now. */
+  constructor(userName, changed) {
+    this.#userName = userName;
+    this.#changed = changed;
+    for (const [kind, button] of Object.entries(BUTTONS)) $(button).addEventListener("click", () => this.#start(kind));
+    $("units-cancel").addEventListener("click", () => this.#cancel());
+    let ticks = 0;
+    setInterval(() => {
+      const isDue = ++ticks % LOOKS_AT_OTHERS === 0; // somebody else may have started one
+      if (!$("units-view").hidden && !document.hidden && (this.#running || isDue)) this.look();
+    }, LOOK_AGAIN_MS);
+  }
+
+  /**
+   * What can be done, as /api/v1/units says. Which of the verified ones may be released the station judges when it is asked to.
+   * @param {import("./documents.mjs").PlainAnswers["units"]} document
+   */
+  offer({ units, check_campaigns: campaigns }) {
+    const toFit = units.filter(({ to_fit }) => to_fit > 0).length;
+    const verified = units.filter(({ model }) => model?.state === "verified").length;
+    this.#can = { fit_all: toFit > 0, verify_all: campaigns.length > 0 && units.some(({ model }) => model !== null), release_all: verified > 0 };
+    show($("units-batch"), units.length > 0);
+    say($("units-to-fit"), `${U.batch.toFit(toFit)} ${U.batch.leftAlone}`);
+    say($("units-verified"), U.releaseAll.waiting(verified));
+    const chosen = $("units-campaign").value;
+    $("units-campaign").replaceChildren(...campaigns.map(({ campaign, units: count }) => new Option(U.batch.campaignUnits(campaign, count), campaign)));
+    if (campaigns.some(({ campaign }) => campaign === chosen)) $("units-campaign").value = chosen;
+    show($("units-campaign-box"), campaigns.length > 0);
+    show($("units-campaign-none"), campaigns.length === 0);
+    this.#enable();
+  }
+
+  #enable() {
+    for (const [kind, button] of Object.entries(BUTTONS)) $(button).disabled = this.#asked || this.#running !== null || !this.#can[kind];
+  }
+
+  async #start(kind) {
+    const campaign = kind === "verify_all" ? { campaign: $("units-campaign").value } : {};
+    await this.#ask(kind, "jobs", { kind, ...campaign, user: this.#userName() });
+  }
+
+  async #cancel() {
+    if (this.#running) await this.#ask("cancel", "jobs/cancel", { id: this.#running.id, user: this.#userName() });
+  }
+
+  async #ask(what, path, body) {
+    const name = what === "cancel" ? U.jobs.cancel : $(BUTTONS[what]).textContent;
+    this.#asked = true;
+    show($("units-batch-failure"), false);
+    // The button is switched off, or goes away: the keyboard goes on from the title.
+    if ($("units-batch").contains(document.activeElement)) $("units-batch-title").focus();
+    this.#enable();
+    try {
+      await post(path, body);
+    } catch (error) {
+      tell($("units-batch-failure"), [U.jobs.refused(name), { english: error.message }]);
+      show($("units-batch-failure"), true);
+    }
+    this.#asked = false;
+    await this.look();
+    this.#enable();
+  }
+
+  /** Which job runs, and which was the last. One question that is not answered says nothing about the job. */
+  async look() {
+    if (this.#looking) return;
+    this.#looking = true;
+    try {
+      await this.#take((await get("jobs")).jobs);
+    } catch (error) {
+      console.warn("no jobs:", error.message);
+    }
+    this.#looking = false;
+  }
+
+  async #take(jobs) {
+    this.#running = jobs.find(({ state }) => state === "running") ?? null;
+    this.#showRunning();
+    const last = jobs.find(({ unit, state }) => unit === "" && state !== "running");
+    const isNews = last !== undefined && last.id !== this.#shown;
+    const isFirst = this.#shown === null;
+    if (isNews) this.#showLast(await get(`job?${new URLSearchParams({ id: String(last.id) })}`));
+    this.#shown = last?.id ?? 0;
+    if (isNews && !isFirst) await this.#changed();
+    this.#enable();
+  }
+
+  #showRunning() {
+    const job = this.#running;
+    if (job === null && $("units-running").contains(document.activeElement)) $("units-batch-title").focus();
+    show($("units-running"), job !== null);
+    if (job === null) return;
+    say($("units-running-text"), runningText(job, Date.now() / 1000));
+    show($("units-progress"), typeof job.progress === "number");
+    $("units-progress").value = job.progress ?? 0;
+  }
+
+  /** @param {import("./documents.mjs").Job} job with what became of each unit */
+  #showLast(job) {
+    const { title, badge: mark } = endedText(job);
+    $("units-last-job").replaceChildren(badge(mark), " ", element("strong", U.batch.last(title)), " ",
+      Object.assign(element("span", `${clock(job.ended_utc_s ?? job.started_utc_s)}, ${job.user}`), { className: "why" }));
+    say($("units-last-text"), batchText(job));
+    const message = messageOf(job);
+    show($("units-last-message"), message !== null);
+    say($("units-last-message"), message ?? "");
+    $("units-last-rest").replaceChildren(...restOf(job).map(({ unit, parts }) => {
+      const line = element("li", "");
+      const why = element("span", "");
+      tell(why, parts);
+      line.append(Object.assign(element("a", unit), { href: unitAddress(unit) }), why);
+      return line;
+    }));
+  }
+}

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+// What became of the units of a job of all, in words. Nothing here touches the page.
+
+import { U, verdictOf } from "./unit_words.mjs";
+
+const VERDICTS = ["pass", "marginal", "fail", "info"];
+
+const countOf = (units, key, value) => units.filter((unit) => unit[key] === value).length;
+
+function judgedText(units) {
+  const counts = VERDICTS.map((verdict) => [countOf(units, "verdict", verdict), verdictOf(verdict).title]).filter(([count]) => count > 0);
+  return counts.length === 0 ? "" : U.batch.judged(counts.map(([count, title]) => `${count} ${title}`).join(", "));
+}
+
+/**
+ * One sentence on all units, also of a job that was cut short; "" where it came to none.
+ * @param {import("./documents.mjs").Job} job
+ */
+export function batchText({ kind, state, result }) {
+  const units = result?.units ?? [];
+  if (kind === "fit_all" && result === null) return state === "cancelled" ? U.batch.fitCancelled : "";
+  if (kind === "fit_all") return U.batch.fitted(countOf(units, "result", "fitted"), countOf(units, "result", "up_to_date"), countOf(units, "result", "failed"));
+  if (kind === "verify_all") return judgedText(units);
+  if (units.length === 0) return "";
+  const released = countOf(units, "state", "released");
+  return state === "done" ? U.releaseAll.done(released, units.length) : U.releaseAll.cutShort(released, units.length);
+}
+
+/**
+ * What the station said of the job as a whole; null where the sentence and the list of units say it all.
+ * @param {import("./documents.mjs").Job} job
+ */
+export function messageOf({ kind, state, result, message }) {
+  return state === "done" || (kind === "fit_all" && state === "failed" && result !== null) ? null : message;
+}
+
+/**
+ * Units that somebody has to look at: {unit, parts}, the parts of a sentence behind the serial number.
+ * @param {import("./documents.mjs").Job} job
+ * @returns {{unit: string, parts: import("./dom.mjs").Part[]}[]}
+ */
+export function restOf({ kind, result }) {
+  const units = result?.units ?? [];
+  if (kind === "fit_all") {
+    return units.filter((unit) => unit.result === "failed").map(({ unit, message }) => ({ unit, parts: [U.batch.why(null), { english: message }] }));
+  }
+  if (kind === "verify_all") {
+    return units.filter(({ verdict }) => verdict !== "pass").map(({ unit, model, verdict }) => ({ unit, parts: [`${U.batch.why(model)}${verdictOf(verdict).title}`] }));
+  }
+  return units.filter(({ obstacles }) => obstacles.length > 0).map(({ unit, model, state, obstacles }) => ({
+    unit, parts: [state === "released" ? U.releaseAll.againstTheRule(model) : U.releaseAll.notReleased(model), { english: obstacles.join("; ") }],
+  }));
+}

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+// Whether the chamber may be opened, and when, in words. Nothing here touches the page.
+
+import { number, setTemperature, shortDuration, timeOfDay } from "./format.mjs";
+import { T } from "./text.mjs";
+import { isActive, nextBegins, nextBeginsByItself, now_s, waitsByItself } from "./words.mjs";
+
+/** °C above the dew point from which the station itself calls a unit dry (docs/campaigns.md, the safe state). */
+const DRY_MARGIN_K = 2;
+/** °C from which bare metal burns at a touch of a minute (ISO 13732-1, 51 °C), rounded down. */
+const HOT_C = 50;
+/** A pause is advised where air and units that lie beside the set point are safe, too. */
+const PAUSE_MARGIN_K = 3;
+
+/** Coldest and hottest of air and units whose temperature is known. */
+function extremes({ chamber, units }) {
+  const known = [chamber.air_c, ...units.map((unit) => unit.temp_c)].filter((value) => value !== null);
+  return { coldest: Math.min(...known), hottest: Math.max(...known) };
+}
+
+/**
+ * Host seconds until a step of the plan begins; null where it is late already, or the campaign does not go on now.
+ * @param {import("./documents.mjs").Status} status
+ * @param {import("./documents.mjs").Plan} plan
+ */
+function beginsIn_s({ campaign, clock, state }, plan, step) {
+  if (!["preflight", "running"].includes(state) || campaign.on_way_back) return null;
+  const from_s = plan.steps.slice(step).reduce((sum, { estimate_s }) => sum + estimate_s, 0);
+  const left_s = campaign.remaining_s - from_s;
+  return left_s > 0 ? left_s / clock.rate : null;
+}
+
+/** The same as words in a sentence: `words(time of day, span)`; "" where nothing is planned. */
+function plannedText(status, plan, step, words) {
+  const in_s = step < 0 ? null : beginsIn_s(status, plan, step);
+  return in_s === null ? "" : words(timeOfDay(now_s(status) + in_s, now_s(status)), shortDuration(in_s));
+}
+
+/**
+ * When the units are warm at the end of this run. Only after the last one the door may be opened without a pause.
+ * @param {import("./documents.mjs").Status} status
+ * @param {import("./documents.mjs").Plan | null} plan
+ */
+function endOfRunText(status, plan) {
+  const { campaign } = status;
+  if (!campaign || !plan) return "";
+  const { run } = plan.steps[campaign.step] ?? {};
+  const end = plan.steps.findIndex((step, i) => i >= campaign.step && step.run === run && step.kind === "warm_end");
+  const isLast = plan.steps.every((step) => step.run <= run);
+  return plannedText(status, plan, end < 0 ? -1 : end + 1, isLast ? T.door.later : T.door.betweenRuns);
+}
+
+/**
+ * How a door that is closed because of the temperature can be opened: by a pause at the next plateau of this run that is neither cold nor hot, or at its end.
+ * @param {import("./documents.mjs").Status} status
+ * @param {import("./documents.mjs").Plan | null} plan
+ */
+function opensText(status, plan, dry_c) {
+  const isSafe = (temp_c) => temp_c > dry_c + PAUSE_MARGIN_K && temp_c < HOT_C - PAUSE_MARGIN_K;
+  const { campaign, chamber } = status;
+  if (status.state === "paused") return chamber.set_point_c !== null && isSafe(chamber.set_point_c) ? T.door.waitHere : T.door.pausedHere;
+  if (!campaign || !plan) return "";
+  const { run } = plan.steps[campaign.step] ?? {};
+  const plateau = plan.steps.findIndex((step, i) => i > campaign.step && step.run === run && step.kind === "record" && isSafe(step.temp_c));
+  const pauses = plannedText(status, plan, plateau, (time, span) => T.door.pauseAt(setTemperature(plan.steps[plateau].temp_c), time, span));
+  return `${pauses}${endOfRunText(status, plan)}`;
+}
+
+/**
+ * Whether the chamber may be opened: {lamp: "yes" | "no" | "unknown", title, text}.
+ * @param {import("./documents.mjs").Status} status
+ * @param {import("./documents.mjs").Plan | null} plan
+ */
+export function doorOf(status, plan) {
+  const { chamber, fixture, room, state, units } = status;
+  const dew = T.door.dew(number(room.dew_point_c, 0));
+  const no = (why, how = "") => ({ lamp: "no", title: T.door.closed, text: `${why}.${how}` });
+  if (!chamber.connected) {
+    return { lamp: "unknown", title: T.door.unknown, text: T.door.noChamber(dew) };
+  }
+  if (fixture.moving) return no(T.door.moves);
+  const { coldest, hottest } = extremes(status);
+  const dry_c = room.dew_point_c + DRY_MARGIN_K;
+  const how = opensText(status, plan, dry_c);
+  if (coldest <= dry_c) return no(T.door.cold(number(coldest, 0), number(dry_c, 0), dew), how);
+  if (hottest >= HOT_C) return no(T.door.hot(number(hottest, 0)), how);
+  if (status.resumes_by_itself) return no(T.door.goesOn);
+  if (nextBeginsByItself(status)) return no(T.door.begins(status.queue.campaigns[0].name, nextBegins(status)));
+  if (state === "paused") return { lamp: "yes", title: T.door.open, text: T.door.paused(number(coldest, 0), dew) };
+  if (state === "waiting" && !waitsByItself(status)) return { lamp: "yes", title: T.door.open, text: T.door.asks(number(coldest, 0), dew) };
+  if (status.campaign?.step_trouble) return no(T.door.notOff);
+  if (state === "stopping" || isActive(status)) return no(state === "stopping" ? T.door.stopping : T.door.runs, endOfRunText(status, plan));
+  // An alarm may have switched the chamber off while the units were cold (docs/campaigns.md, the safe state).
+  if (state === "failed" && units.every((unit) => unit.temp_c === null)) {
+    return { lamp: "unknown", title: T.door.unknown, text: T.door.coldUnits(number(chamber.air_c, 0), dew) };
+  }
+  return { lamp: "yes", title: T.door.open, text: T.door.safe(number(coldest, 0), dew) };
+}
