@@ -113,15 +113,24 @@ static inline int soak_take_history(soak_history* history, const soak_term_view*
 
 /* Linear between the pairs, held beyond them; 0 without any. */
 static inline float soak_mean_at(const uint8_t* pairs, uint32_t count, float temp_c) {
-  uint32_t k = 1U;
+  uint32_t below = 0U, above;
   float left_c, low;
   if (count == 0U) return 0.0f;
-  if (temp_c <= soak_f32(pairs)) return soak_f32(pairs + 4);
-  while (k < count && temp_c > soak_f32(pairs + 8U * k)) ++k;
-  if (k == count) return soak_f32(pairs + 8U * count - 4U);
-  left_c = soak_f32(pairs + 8U * k - 8U);
-  low = soak_f32(pairs + 8U * k - 4U);
-  return low + (soak_f32(pairs + 8U * k + 4U) - low) * ((temp_c - left_c) / (soak_f32(pairs + 8U * k) - left_c));
+  above = count - 1U;
+  if (count == 1U || temp_c <= soak_f32(pairs)) return soak_f32(pairs + 4);
+  if (!(temp_c <= soak_f32(pairs + 8U * above))) return soak_f32(pairs + 8U * above + 4U);
+  while (above - below > 1U) {
+    const uint32_t middle = (below + above) / 2U;
+    if (temp_c > soak_f32(pairs + 8U * middle)) {
+      below = middle;
+    } else {
+      above = middle;
+    }
+  }
+  left_c = soak_f32(pairs + 8U * below);
+  low = soak_f32(pairs + 8U * below + 4U);
+  return low +
+         (soak_f32(pairs + 8U * above + 4U) - low) * ((temp_c - left_c) / (soak_f32(pairs + 8U * above) - left_c));
 }
 
 static inline float soak_amplitude_at(const soak_history* history, uint32_t sensor, float temp_c) {
