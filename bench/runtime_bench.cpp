@@ -196,24 +196,28 @@ Calibration of_form(std::size_t form) {
   }
 }
 
-/// Which sensors remember, and over how many widths.
+/// Which sensors remember, over how many widths, and at how many set points their curves hold a mean.
 struct Remembering {
   const char* name;
   std::size_t sensors;
   double wider_c;  ///< the width of each sensor than that of the one before; 0: one width
+  int set_points;  ///< from -30 to 70 degC
 };
-constexpr std::array<Remembering, 3> kRemembering = {
-    {{"three gyros, one width", 3, 0.0}, {"three gyros, three widths", 3, 3.0}, {"six sensors, six widths", 6, 3.0}}};
+constexpr std::array<Remembering, 4> kRemembering = {{{"three gyros, one width, 21 set points", 3, 0.0, 21},
+                                                      {"three gyros, three widths, 21 set points", 3, 3.0, 21},
+                                                      {"six sensors, six widths, 21 set points", 6, 3.0, 21},
+                                                      {"six sensors, six widths, 101 set points", 6, 3.0, 101}}};
 
-/// Curves of this form, and a thermal history, of which the curves hold a mean at 21 set points.
+/// Curves of this form, and a thermal history.
 Calibration with_history(std::size_t form, const Remembering& remembering) {
   Calibration calibration = of_form(form);
   for (std::size_t s = 0; s < remembering.sensors; ++s) {
     const Sensor sensor = kSensors.at(s);
     const double width_c = 6.0 + remembering.wider_c * static_cast<double>(s);
     AcceptedTerm term{"thermal_hysteresis", false, {sensor}, {{"amplitude", 0.01}, {"width_c", width_c}}};
-    for (int k = 1; k <= 21; ++k) {
-      term.parameters.emplace_back("mean_" + std::to_string(k) + "_c", -35.0 + 5.0 * k);
+    const double apart_c = 100.0 / (remembering.set_points - 1);
+    for (int k = 1; k <= remembering.set_points; ++k) {
+      term.parameters.emplace_back("mean_" + std::to_string(k) + "_c", -30.0 + apart_c * (k - 1));
       term.parameters.emplace_back("mean_" + std::to_string(k), 1e-4 * k);
     }
     calibration.terms.push_back(term);
