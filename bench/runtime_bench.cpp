@@ -10,6 +10,7 @@
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
+#include <array>
 #include <ctime>
 #include <string>
 #include <vector>
@@ -47,6 +48,14 @@ Curve model(int rules, double slope) {
   result.inputs[0].max = 70.0;
   result.output = {0.01, 0.004};
   return result;
+}
+
+/// Four cubic pieces.
+Curve spline() {
+  SplineCurve curve;
+  curve.knots_c = {-30.0, -5.0, 20.0, 45.0, 70.0};
+  for (int piece = 0; piece < 4; ++piece) curve.coefficients.push_back({1e-3 * piece, 4e-5, -1e-6, 3e-8});
+  return curve;
 }
 
 /// All six sensors with this bias curve.
@@ -167,14 +176,48 @@ void Sample(benchmark::State& state) {
   state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(temps.size()));
 }
 
-/// Curves of general bells, and a thermal history in the three gyros.
-Calibration with_history(bool one_width) {
-  Calibration calibration = with(model(kRules, 1.7));
-  for (const Sensor sensor : {Sensor::gyro_x, Sensor::gyro_y, Sensor::gyro_z}) {
-    const double width_c = one_width ? 6.0 : 6.0 + 3.0 * static_cast<double>(index_of(sensor));
+/// The forms of a curve that a file can have, and what they are called here.
+constexpr std::array<const char*, 5> kForms = {"table", "cubic spline", "whole exponents", "Gaussians",
+                                               "general bells"};
+
+/// All six sensors with a curve of this form.
+Calibration of_form(std::size_t form) {
+  switch (form) {
+    case 0:
+      return *table_form(with(model(kRules, 1.7)), kPoints);
+    case 1:
+      return with(spline());
+    case 2:
+      return with(model(kRules, 2.0));
+    case 3:
+      return with(model(kRules, 0.0));
+    default:
+      return with(model(kRules, 1.7));
+  }
+}
+
+/// Which sensors remember, over how many widths, and at how many set points their curves hold a mean.
+struct Remembering {
+  const char* name;
+  std::size_t sensors;
+  double wider_c;  ///< the width of each sensor than that of the one before; 0: one width
+  int set_points;  ///< from -30 to 70 degC
+};
+constexpr std::array<Remembering, 4> kRemembering = {{{"three gyros, one width, 21 set points", 3, 0.0, 21},
+                                                      {"three gyros, three widths, 21 set points", 3, 3.0, 21},
+                                                      {"six sensors, six widths, 21 set points", 6, 3.0, 21},
+                                                      {"six sensors, six widths, 101 set points", 6, 3.0, 101}}};
+
+/// Curves of this form, and a thermal history.
+Calibration with_history(std::size_t form, const Remembering& remembering) {
+  Calibration calibration = of_form(form);
+  for (std::size_t s = 0; s < remembering.sensors; ++s) {
+    const Sensor sensor = kSensors.at(s);
+    const double width_c = 6.0 + remembering.wider_c * static_cast<double>(s);
     AcceptedTerm term{"thermal_hysteresis", false, {sensor}, {{"amplitude", 0.01}, {"width_c", width_c}}};
-    for (int k = 1; k <= 21; ++k) {
-      term.parameters.emplace_back("mean_" + std::to_string(k) + "_c", -35.0 + 5.0 * k);
+    const double apart_c = 100.0 / (remembering.set_points - 1);
+    for (int k = 1; k <= remembering.set_points; ++k) {
+      term.parameters.emplace_back("mean_" + std::to_string(k) + "_c", -30.0 + apart_c * (k - 1));
       term.parameters.emplace_back("mean_" + std::to_string(k), 1e-4 * k);
     }
     calibration.terms.push_back(term);
@@ -182,11 +225,14 @@ Calibration with_history(bool one_width) {
   return calibration;
 }
 
-/// Each sample comes with a reading of the thermometer that moves the rod. "per_plain" is the median over turns of its
-/// time over that of soak_apply just before; the limit is 2.
+/// Each sample comes with a reading of the thermometer that moves the rod: the dearest case. "per_plain" is the median
+/// over turns of its time over that of soak_apply just before, with curves of the same form; the limit is 2 for each
+/// form.
 void History(benchmark::State& state) {
-  state.SetLabel(state.range(0) != 0 ? "one width" : "three widths");
-  const auto bytes = encode(with_history(state.range(0) != 0));
+  const auto form = static_cast<std::size_t>(state.range(0));
+  const Remembering& remembering = kRemembering.at(static_cast<std::size_t>(state.range(1)));
+  state.SetLabel(std::string(kForms.at(form)) + "; " + remembering.name + "; limit 2");
+  const auto bytes = encode(with_history(form, remembering));
   soak_cal cal;
   soak_history history;
   if (!bytes || soak_load(&cal, bytes->data(), bytes->size()) != SOAK_OK ||
@@ -228,7 +274,11 @@ BENCHMARK(WholeExponents)->ArgName("in_turn")->Arg(1)->Arg(0)->Iterations(1);
 BENCHMARK(GeneralBells)->ArgName("in_turn")->Arg(1)->Arg(0)->Iterations(1);
 BENCHMARK(Gaussians)->ArgName("in_turn")->Arg(1)->Arg(0)->Iterations(1);
 BENCHMARK(Sample)->ArgName("bells")->Arg(1)->Arg(0)->Unit(benchmark::kMicrosecond);
-BENCHMARK(History)->ArgName("one_width")->Arg(1)->Arg(0)->Iterations(1);
+BENCHMARK(History)
+    ->ArgNames({"form", "remembering"})
+    ->ArgsProduct({benchmark::CreateDenseRange(0, kForms.size() - 1, 1),
+                   benchmark::CreateDenseRange(0, kRemembering.size() - 1, 1)})
+    ->Iterations(1);
 
 }  // namespace
 }  // namespace soak::calib

@@ -111,17 +111,28 @@ static inline int soak_take_history(soak_history* history, const soak_term_view*
   return 1;
 }
 
-/* Linear between the pairs, held beyond them; 0 without any. */
-static inline float soak_mean_at(const uint8_t* pairs, uint32_t count, float temp_c) {
-  uint32_t k = 1U;
+/* Linear between the pairs, held beyond them; 0 without any. `at`: the interval that is looked at first, and where the
+ * temperature was found: sensors often have their pairs at the same temperatures. */
+static inline float soak_mean_at(const uint8_t* pairs, uint32_t count, float temp_c, uint32_t* at) {
+  const uint8_t* here;
+  uint32_t intervals;
   float left_c, low;
   if (count == 0U) return 0.0f;
-  if (temp_c <= soak_f32(pairs)) return soak_f32(pairs + 4);
-  while (k < count && temp_c > soak_f32(pairs + 8U * k)) ++k;
-  if (k == count) return soak_f32(pairs + 8U * count - 4U);
-  left_c = soak_f32(pairs + 8U * k - 8U);
-  low = soak_f32(pairs + 8U * k - 4U);
-  return low + (soak_f32(pairs + 8U * k + 4U) - low) * ((temp_c - left_c) / (soak_f32(pairs + 8U * k) - left_c));
+  if (count == 1U || temp_c <= soak_f32(pairs)) return soak_f32(pairs + 4);
+  if (!(temp_c <= soak_f32(pairs + 8U * count - 8U))) return soak_f32(pairs + 8U * count - 4U);
+  here = pairs + 8U * (*at < count - 1U ? *at : 0U);
+  if (!(temp_c > soak_f32(here) && temp_c <= soak_f32(here + 8))) {
+    here = pairs;
+    for (intervals = count - 1U; intervals > 1U;) {
+      const uint32_t half = intervals / 2U;
+      here += 8U * half * (uint32_t)(temp_c > soak_f32(here + 8U * half)); /* no jump to guess wrong */
+      intervals -= half;
+    }
+  }
+  *at = (uint32_t)(here - pairs) / 8U;
+  left_c = soak_f32(here);
+  low = soak_f32(here + 4);
+  return low + (soak_f32(here + 12) - low) * ((temp_c - left_c) / (soak_f32(here + 8) - left_c));
 }
 
 static inline float soak_amplitude_at(const soak_history* history, uint32_t sensor, float temp_c) {
@@ -255,7 +266,7 @@ SOAK_NODISCARD static inline soak_status soak_apply_history(const soak_cal* cal,
                                                             uint32_t* flags) {
   float given[6], reading[6];
   soak_status status;
-  uint32_t i;
+  uint32_t i, at = 0U;
   if (cal == NULL || history == NULL || raw == NULL || out == NULL || flags == NULL) return SOAK_E_ARGUMENT;
   for (i = 0; i < 6U; ++i) {
     given[i] = reading[i] = raw[i];
@@ -263,7 +274,7 @@ SOAK_NODISCARD static inline soak_status soak_apply_history(const soak_cal* cal,
     {
       const float at_c = soak_clamp(temp_c, cal->sensor[i].temp_min_c, cal->sensor[i].temp_max_c);
       reading[i] -= soak_amplitude_at(history, i, at_c) * history->state.memory[i] -
-                    soak_mean_at(history->mean[i], history->means[i], at_c);
+                    soak_mean_at(history->mean[i], history->means[i], at_c, &at);
     }
   }
   status = terms != NULL && terms->count != 0U

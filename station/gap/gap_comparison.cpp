@@ -28,9 +28,26 @@ constexpr double kWorse = 1.05;
 
 /// Whether an effect shows in blocks whose run's mean was taken out.
 bool moves_blocks(std::string_view effect) {
-  constexpr std::array<std::string_view, 4> kOthers = {"aging_drift", "noise_vs_temperature", "quantization",
-                                                       "saturation"};
+  constexpr std::array<std::string_view, 3> kOthers = {"noise_vs_temperature", "quantization", "saturation"};
   return std::find(kOthers.begin(), kOthers.end(), effect) == kOthers.end();
+}
+
+/// What to know of an accepted effect beside the figures; empty where they say it all.
+std::string remark_on(const calib::ModelTerm& term) {
+  if (!moves_blocks(term.name)) {
+    return fmt::format("{} does not change what is compared here (blocks about each run's own mean)", term.name);
+  }
+  if (term.name == "fixture_tilt")
+    return "fixture_tilt is another in each mounting: nothing of it can be foreseen in a fresh run";
+  if (term.name == "aging_drift") {
+    return "the unit itself does not correct aging_drift; of it only what changes within a run shows here (blocks "
+           "about each run's own mean)";
+  }
+  if (term.name == "scale_nonlinearity") {
+    return "the unit itself does not correct scale_nonlinearity: the calibration file states it as even-order term";
+  }
+  if (!term.lab_only) return {};
+  return fmt::format("the unit itself does not correct {}: 'soak verify' shows all of it", term.name);
 }
 
 base::Result<db::ModelRow> model_row(const db::Catalog& catalog, const std::string& unit,
@@ -211,12 +228,7 @@ std::vector<std::string> remarks(const GapComparison& comparison) {
         "a procedure whose purpose is verification, or import one with '--procedure verification'");
   }
   for (const calib::ModelTerm& term : comparison.terms) {
-    if (!moves_blocks(term.name)) {
-      sentences.push_back(
-          fmt::format("{} does not change what is compared here (blocks about each run's own mean)", term.name));
-    } else if (term.lab_only) {
-      sentences.push_back(fmt::format("the unit itself does not correct {}: 'soak verify' shows all of it", term.name));
-    }
+    if (std::string remark = remark_on(term); !remark.empty()) sentences.push_back(std::move(remark));
   }
   for (const calib::Sensor sensor : calib::kSensors) {
     const auto& fresh = comparison.fresh[calib::index_of(sensor)];

@@ -67,10 +67,10 @@ class Campaign:
         return report_of(self.programs, self.folder, self.csv, rules)
 
 
-def report_of(programs, folder, csv, rules=3):
-    """What `soak gap find --json` says of a recording, with a data folder in `folder`."""
+def report_of(programs, folder, csv, rules=3, options=()):
+    """What `soak gap find --json` says of a recording, with a data folder in `folder`. `options`: more of the import."""
     env = dict(os.environ, SOAK_DATA=str(pathlib.Path(folder) / "data"))
-    programs.run("soak", "import", csv, "--unit", UNIT, "--gravity-mps2", "9.80665", env=env, stage="import")
+    programs.run("soak", "import", csv, "--unit", UNIT, "--gravity-mps2", "9.80665", *options, env=env, stage="import")
     programs.run("soak", "fit", "--unit", UNIT, "--rules", rules, "--jobs", 1, env=env, stage="fit")
     return json.loads(programs.run("soak", "gap", "find", "--unit", UNIT, "--json", env=env, stage="find"))
 

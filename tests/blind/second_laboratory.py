@@ -496,6 +496,11 @@ def csv_text(log, readings: np.ndarray) -> str:
     return "\n".join([",".join(HEADER), *(ROW % row for row in rows)]) + "\n"
 
 
+def columns_map() -> str:
+    """What the laboratory knows of its fixture: a columns map with the headings of the positions."""
+    return "[azimuths_deg]\n" + "".join(f'"{label}" = {azimuth}\n' for label, azimuth in AZIMUTHS_DEG.items())
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(description="writes one made-up campaign as CSV, and what is true about it as JSON")
     parser.add_argument("--out", required=True)

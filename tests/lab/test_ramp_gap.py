@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Thermal ramps by the shipped procedure: recorded by soakd over the real protocols, judged branch by branch, the effect that the
-laboratory hides named, accepted, fitted again, and the gap smaller on a ramp that nothing was fitted to."""
+laboratory hides named, accepted, fitted again, exported, and the gap smaller on ramps that nothing was fitted to, of the model and of
+what a device makes of its file."""
+import math
 import unittest
 
 import bench
@@ -50,6 +52,25 @@ class RampGap(LabTest):
             fresh = shown["sensors"][sensor]["fresh"]
             print(f"{sensor}: {effect['name']}, fresh {fresh}")
             self.assertLess(fresh["after_rms"], 0.6 * fresh["before_rms"], sensor)
+        self.assertEqual(fitted["model"], 3)
+        before, after = self.corrected(1), self.corrected(3)
+        for sensor in effect["sensors"]:
+            print(f"{sensor}: on a device {before[sensor]:.4g}, with the effect {after[sensor]:.4g}")
+            self.assertLess(after[sensor], 0.8 * before[sensor], sensor)
+
+    def corrected(self, model):
+        """What the file of this model leaves of the fresh ramps on a device: RMS of means of 30 s over all of them, by sensor."""
+        file = self.folder / f"model{model}.soakcal"
+        self.lab.soak("export", "--unreleased", "--simulated", "--unit", self.unit, "--model", model, "--format", "blob", "-o", file)
+        runs = self.lab.soak_json("runs", "list", "--unit", self.unit, "--campaign", "fresh")["runs"]
+        ramps = [run["run_id"] for run in runs if run["run"].startswith("V")]  # beside them there is what was recorded before the start
+        self.assertEqual(len(ramps), 3)
+        documents = [self.lab.soak_json("correct", file, run) for run in ramps]
+        for document in documents:
+            self.check_schema(document, "correct")
+            self.assertEqual(document["moving_terms"] or document["thermal_history"], model != 1)
+        return {sensor: math.sqrt(sum(document["blocks"] * document["sensors"][sensor]["corrected_rms"] ** 2 for document in documents)
+                                  / sum(document["blocks"] for document in documents)) for sensor in documents[0]["sensors"]}
 
 
 if __name__ == "__main__":
