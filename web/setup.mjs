@@ -193,5 +193,5 @@ try {
   for (const id of ["form", "steps", "intro"]) show($(id), false);
   say($("done"), error.status === 404 ? S.already : S.noAnswer);
   show($("done"), true);
-  if (error.status === 404) $("done").append(" ", Object.assign(element("a", "Soak"), { href: "/" }));
+  if (error.status === 404) $("done").append(" ", Object.assign(element("a", S.toStation), { href: "/" }));
 }

@@ -95,4 +95,5 @@ export const text = {
   },
   noAnswer: "Die Station antwortet nicht: Läuft soakd?",
   already: "Diese Station ist schon eingerichtet.",
+  toStation: "Zu ihrer Seite",
 };

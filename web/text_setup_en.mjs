@@ -94,4 +94,5 @@ export const text = {
   },
   noAnswer: "The station does not answer: is soakd running?",
   already: "This station is set up already.",
+  toStation: "Go to its page",
 };

@@ -114,7 +114,7 @@ TEST_F(SetupFiles, OffersAdaptersByTheNameThatStaysAndNoPortWithoutHardware) {
   write("class/ttyS1/type", "0\n");
   std::vector<std::string> found;
   for (const SerialPort& port : serial_ports(folder_ / "dev", folder_ / "class")) {
-    found.push_back(std::filesystem::relative(port.device, folder_ / "dev").string() + " " +
+    found.push_back(std::filesystem::path(port.device).lexically_relative(folder_ / "dev").string() + " " +
                     std::filesystem::path(port.node).filename().string());
   }
   EXPECT_EQ(found, (std::vector<std::string>{"serial/by-id/usb-FTDI-if00 ttyUSB1", "ttyS0 ttyS0", "ttyUSB0 ttyUSB0"}));
