@@ -162,7 +162,7 @@ base::Result<bool> set_up(const std::filesystem::path& file, db::Catalog& catalo
 }
 
 /// `soakd` with a configuration, until it is asked to stop.
-base::Status serve(StationConfig config, db::Catalog& catalog, const FolderLock& lock, ServiceManager& manager,
+base::Status serve(const StationConfig& config, db::Catalog& catalog, const FolderLock& lock, ServiceManager& manager,
                    StopSignals& signals) {
   const auto listen = parse_host_port(config.listen);
   if (!listen) return base::forward_error(listen);
@@ -230,7 +230,7 @@ base::Status run_daemon(const DaemonOptions& options) {
     own.emplace(*std::move(taken));
   }
   config->data = own->catalog.data_folder();
-  return serve(*std::move(config), own->catalog, own->lock, manager, signals);
+  return serve(*config, own->catalog, own->lock, manager, signals);
 }
 
 }  // namespace soak::station

@@ -105,7 +105,7 @@ EnteredAddress address_in(Entered& entered) {
 
 /// The file of a map that is chosen by its name; empty where none is.
 std::string map_in(Entered& entered, std::string_view section) {
-  const std::string name = entered.line("map");
+  std::string name = entered.line("map");
   if (name.empty()) return name;
   const std::filesystem::path folder = shipped_maps(section);
   std::error_code failure;
