@@ -1,11 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """The first start of a station: a real `soakd` without a configuration is set up in a real browser before a real `soaksim`, and what it
 answers to whoever sets it up is as docs/openapi.yaml says."""
+import os
 import pathlib
+import socket
 import subprocess
 import sys
+import tempfile
 import tomllib
 import unittest
+from unittest import mock
 
 import jsonschema
 from pymodbus.client import ModbusTcpClient
@@ -163,6 +167,19 @@ class Start(unittest.TestCase):
         self.assertEqual(station.stop(), 0)
         station.start()
         self.assertEqual(station.ask("status")[0], 200)
+
+    def test_the_manager_of_services_is_told_that_it_waits_to_be_set_up(self):
+        with tempfile.TemporaryDirectory() as folder, socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as manager:
+            manager.bind(f"{folder}/notify")
+            manager.settimeout(60)
+            with mock.patch.dict(os.environ, {"NOTIFY_SOCKET": f"{folder}/notify"}):
+                station = NewStation()
+            self.addCleanup(station.close)
+            message = manager.recv(4096).decode()
+            self.assertIn("READY=1", message)
+            self.assertIn(f"not set up yet: {station.url}", message)
+            self.assertEqual(station.ask("setup/write", form())[0], 200)
+            self.assertIn("STATUS=serving", manager.recv(4096).decode())
 
     def test_it_ends_when_it_is_asked_to(self):
         station = NewStation()
@@ -348,6 +365,11 @@ class OnThePage(WithStation):
         self.browser.click("#slot-less")
         self.assertEqual(self.browser.run("return [document.querySelectorAll('#slots legend').length, document.querySelector('#slot-less').disabled]"), [1, True])
 
+    def assert_fits(self):
+        for width in (320, 390, 1280):
+            self.browser.resize(width, 900)
+            self.assertLessEqual(self.browser.run("return document.documentElement.scrollWidth"), width)
+
     def everything(self):
         """Each step with all the fields that it can have, as (step, its mistakes)."""
         self.choose("chamber-map", "watlow-f4t.toml")
@@ -369,15 +391,16 @@ class OnThePage(WithStation):
         for step in self.everything():
             english = [text for text in self.browser.run(SHOWN) if ENGLISH.search(text)]
             self.assertEqual(english, [], step)
+            self.assert_fits()
         self.see("#mistakes", "Prüflinge, Steckplatz 1, Port: Bitte ausfüllen.")
 
     @unittest.skipUnless(AXE.exists(), "skipped: axe-core is not there; npm ci --ignore-scripts --prefix tests/web brings it")
     def test_nothing_is_in_the_way_of_anybody_on_any_screen(self):
         for step in self.everything():
+            self.assert_fits()
             for width in (390, 1280):
                 self.browser.resize(width, 900)
                 with self.subTest(step=step, width=width):
-                    self.assertLessEqual(self.browser.run("return document.documentElement.scrollWidth"), width)
                     self.assertEqual(self.browser.run(AXE.read_text(encoding="utf-8") + SERIOUS), [])
             self.browser.colours("dark")
             self.assertEqual(self.browser.poor_contrast(), [], step)
