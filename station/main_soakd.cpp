@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "station/commands/command.h"
+#include "station/config/config_place.h"
 #include "station/http/daemon.h"
 
 namespace {
@@ -12,7 +13,8 @@ class Daemon final : public Command {
  public:
   void declare(OptionList& options) override {
     options.add("--config FILE", &config_,
-                "Station configuration: devices and slots (default: station.toml in the data folder)");
+                "Station configuration: devices and slots (default: station.toml in the data folder; where that is "
+                "missing, the page sets the station up)");
     options.add("--listen HOST:PORT", &listen_,
                 "Address of the web page and the HTTP interface, port 0 = any (default: 127.0.0.1:8088)");
     options.add("--write-config", &write_config_,

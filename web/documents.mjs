@@ -324,6 +324,7 @@
 /** @typedef {import("./kept_documents.mjs").Session} Session */
 /** @typedef {import("./kept_documents.mjs").AlarmWay} AlarmWay */
 /** @typedef {import("./kept_documents.mjs").StationKey} StationKey */
+/** @typedef {import("./kept_documents.mjs").SetupChoices} SetupChoices */
 
 /**
  * What GET /api/v1/NAME answers.
@@ -350,6 +351,7 @@
  * @property {Session} session
  * @property {{ways: AlarmWay[]}} alarms
  * @property {{key: StationKey | null}} key
+ * @property {SetupChoices} setup
  */
 
 /** @typedef {PlainAnswers & {"run/series": Series, "audit/check": Chain}} Answers */

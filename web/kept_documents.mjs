@@ -153,6 +153,39 @@
  */
 
 /**
+ * @typedef {object} SetupMap a controller that a station can be set up with
+ * @property {string} file
+ * @property {string} name
+ * @property {"modbus" | "text"} protocol
+ * @property {number | null} port where nothing else is entered, as the next two
+ * @property {number} baud
+ * @property {number | null} unit
+ */
+
+/**
+ * @typedef {object} SetupChoices what a station can be set up with
+ * @property {string} file that is to be written
+ * @property {SetupMap[]} chambers
+ * @property {SetupMap[]} fixtures
+ * @property {{device: string, node: string}[]} ports serial ports of the machine
+ * @property {{name: string, description: string}[]} types
+ */
+
+/**
+ * @typedef {object} SetupCheck
+ * @property {string} text
+ * @property {{field: string, message: string}[]} mistakes
+ */
+
+/**
+ * @typedef {object} Survey what a controller has answered when it was tried
+ * @property {string} name
+ * @property {string} address
+ * @property {boolean} sound
+ * @property {{kind: "probe" | "quantity" | "alarm", name: string, place: string, value: number | null, text: string | null, active: boolean | null, trouble: string | null}[]} entries
+ */
+
+/**
  * @typedef {object} StationKey public part of the key that the station signs with
  * @property {string} key_id
  * @property {string} public_key

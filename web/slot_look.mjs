@@ -33,20 +33,25 @@ function words({ answer, serial, product, firmware, power_output, trouble }, ent
 
 export class SlotLook {
   #fields;
+  #look;
   /** @type {SlotFinding[]} */
   #findings = [];
   #expiry = 0;
 
-  /** `fields`: the element with the inputs, each of which names its slot. */
-  constructor(fields) {
+  /**
+   * @param {any} fields the element with the inputs that name their slots
+   * @param {(user: string) => Promise<any>} look asks the station
+   */
+  constructor(fields, look = (user) => send("look", { user })) {
     this.#fields = fields;
+    this.#look = look;
     fields.addEventListener("input", () => this.#show());
   }
 
   /** Throws where the station does not look. */
   async ask(user) {
     this.forget();
-    this.#findings = (await send("look", { user })).slots;
+    this.#findings = (await this.#look(user)).slots;
     this.#expiry = setTimeout(() => this.forget(), KEPT_MS);
     this.#show();
   }
@@ -58,7 +63,7 @@ export class SlotLook {
   }
 
   #show() {
-    for (const input of this.#fields.querySelectorAll("input")) {
+    for (const input of this.#fields.querySelectorAll("input[data-slot]")) {
       const line = this.#lineOf(input);
       const finding = this.#findings.find(({ slot }) => slot === input.dataset.slot);
       if (!finding) {

@@ -14,6 +14,7 @@
 #include "hal/maps/device_map.h"
 #include "station/commands/command.h"
 #include "station/commands/shared.h"
+#include "station/lab/survey_json.h"
 
 namespace soak::station {
 namespace {
@@ -98,15 +99,6 @@ base::Status set_address(const ChamberProbe& command, hal::DeviceMap& map) {
   }
   if (!command.serial.empty()) set_serial(command, map);
   return command.tcp.empty() ? base::Status{} : set_tcp(command.tcp, map);
-}
-
-/// "tcp 10.0.0.7:502", "serial /dev/ttyUSB0 at 9600 baud".
-std::string address_text(const hal::DeviceMap& map) {
-  if (const auto* tcp = std::get_if<hal::TcpAddress>(&map.link.address)) {
-    return fmt::format("tcp {}:{}", tcp->host, tcp->port);
-  }
-  const auto& line = std::get<hal::SerialAddress>(map.link.address);
-  return fmt::format("serial {} at {} baud, 8{}{}", line.device, line.baud, line.parity, line.stop_bits);
 }
 
 bool speaks_modbus(const hal::DeviceMap& map) { return map.protocol == hal::MapProtocol::modbus; }
@@ -203,34 +195,6 @@ base::Status ChamberCheck::run(Output& output) {
   return {};
 }
 
-std::string kind_text(hal::SurveyKind kind) {
-  switch (kind) {
-    case hal::SurveyKind::probe:
-      return "probe";
-    case hal::SurveyKind::quantity:
-      return "quantity";
-    case hal::SurveyKind::alarm:
-      return "alarm";
-  }
-  return "";
-}
-
-json text_or_null(const std::string& text) { return text.empty() ? json() : json(text); }
-
-json probe_document(const hal::DeviceMap& map, const hal::ChamberSurvey& survey) {
-  json entries = json::array();
-  for (const hal::SurveyEntry& entry : survey.entries) {
-    entries.push_back({{"kind", kind_text(entry.kind)},
-                       {"name", entry.name},
-                       {"place", entry.place},
-                       {"value", number_or_null(entry.value)},
-                       {"text", text_or_null(entry.text)},
-                       {"active", entry.active ? json(*entry.active) : json()},
-                       {"trouble", text_or_null(entry.trouble)}});
-  }
-  return {{"name", map.name}, {"address", address_text(map)}, {"sound", survey.sound()}, {"entries", entries}};
-}
-
 std::string probe_table(const hal::ChamberSurvey& survey) {
   std::vector<std::vector<std::string>> rows = {{"", "name", "found", "where", "trouble"}};
   for (const hal::SurveyEntry& entry : survey.entries) {
@@ -247,7 +211,7 @@ base::Status ChamberProbe::run(Output& output) {
   const auto survey = hal::survey_chamber(*map);
   if (!survey) return base::forward_error(survey);
   if (output.json()) {
-    if (auto printed = output.print_json(probe_document(*map, *survey)); !printed) return printed;
+    if (auto printed = output.print_json(survey_document(*map, *survey)); !printed) return printed;
   } else {
     output.print(fmt::format("{}\n{}", survey->description, probe_table(*survey)));
   }

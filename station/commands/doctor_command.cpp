@@ -11,6 +11,7 @@
 
 #include "station/commands/command.h"
 #include "station/commands/shared.h"
+#include "station/config/config_place.h"
 #include "station/io/data_folder.h"
 #include "station/io/host.h"
 #include "station/lab/doctor.h"
@@ -47,9 +48,11 @@ std::string data_option(const DoctorCommand& command, const std::optional<Statio
 }
 
 /// The configuration; mistakes in it are a failed check like others.
-std::optional<StationConfig> read_config(const std::string& file, std::vector<DoctorCheck>& checks) {
-  if (file.empty()) return std::nullopt;
-  auto config = read_station_config(file);
+std::optional<StationConfig> read_config(const DoctorCommand& command, std::vector<DoctorCheck>& checks) {
+  if (command.config.empty()) return std::nullopt;
+  const auto place = place_of_config(command.config, command.data);
+  // The template of a station that is not set up yet is looked at as it is: somebody may be about to edit it.
+  auto config = read_station_config(place && place->is_there ? place->file : std::filesystem::path(command.config));
   if (config) return *std::move(config);
   const base::Error& error = config.error();
   checks.push_back({"configuration", CheckOutcome::failed,
@@ -67,7 +70,7 @@ bool may_be_new(const DoctorCommand& command, const std::optional<StationConfig>
 
 base::Result<std::vector<DoctorCheck>> all_checks(const DoctorCommand& command) {
   std::vector<DoctorCheck> checks;
-  const auto config = read_config(command.config, checks);
+  const auto config = read_config(command, checks);
   if (config) {
     auto devices = check_devices(*config);
     std::move(devices.begin(), devices.end(), std::back_inserter(checks));

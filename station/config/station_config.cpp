@@ -10,12 +10,12 @@
 #include <map>
 #include <optional>
 #include <set>
-#include <system_error>
 #include <utility>
 
 #include "base/text.h"
 #include "base/units.h"
 #include "settings/reader.h"
+#include "station/config/config_place.h"
 #include "station/config/unit_type_file.h"
 #include "station/io/data_folder.h"
 
@@ -397,8 +397,8 @@ std::vector<SharedPort> shared_ports(const StationConfig& config) {
 
 }  // namespace
 
-base::Result<StationConfig> read_station_config(const std::filesystem::path& file) {
-  return settings::read_file(file.string(), [&](const Table& root) {
+base::Result<StationConfig> parse_station_config(std::string_view text, const std::filesystem::path& file) {
+  return settings::read(text, file.string(), [&](const Table& root) {
     StationConfig config;
     config.file = file.string();
     const auto folder = file.parent_path();
@@ -413,19 +413,41 @@ base::Result<StationConfig> read_station_config(const std::filesystem::path& fil
   });
 }
 
+base::Result<hal::DeviceMap> parse_controller(std::string_view text, std::string_view kind,
+                                              const std::filesystem::path& file) {
+  return settings::read(text, file.string(), [&](const Table& root) {
+    const auto table = root.table(kind, settings::kRequired);
+    return table ? read_controller(*table, kind, file.parent_path()) : hal::DeviceMap();
+  });
+}
+
+base::Result<std::vector<Slot>> parse_slots(std::string_view text, const std::filesystem::path& file) {
+  return settings::read(text, file.string(), [&](const Table& root) {
+    StationConfig config;
+    read_unit_type_folder(root, file.parent_path(), config);
+    read_slots(root, config);
+    return config.slots;
+  });
+}
+
+base::Result<StationConfig> read_station_config(const std::filesystem::path& file) {
+  const auto text = settings::read_text(file.string());
+  if (!text) return base::forward_error(text);
+  return parse_station_config(*text, file);
+}
+
 base::Result<StationConfig> find_station_config(const std::filesystem::path& file, std::string_view data_option) {
-  std::filesystem::path found = file;
-  if (found.empty()) {
-    const auto folder = data_folder(data_option);
-    if (!folder) return base::forward_error(folder);
-    found = *folder / "station.toml";
+  const auto place = place_of_config(file, data_option);
+  if (!place) return base::forward_error(place);
+  if (!place->is_there) {
+    constexpr std::string_view kTemplate = "'soakd --write-config' prints one to begin with";
+    return base::bad_input(
+        place->is_usual
+            ? fmt::format("this station is not set up: start soakd and open its page, or write the file; {}", kTemplate)
+            : fmt::format("there is no such file; {}", kTemplate),
+        place->file.string());
   }
-  std::error_code failure;
-  const bool is_there = std::filesystem::exists(found, failure);
-  if (!is_there && !failure) {
-    return base::bad_input("there is no such file; 'soakd --write-config' prints one to begin with", found.string());
-  }
-  auto config = read_station_config(found);
+  auto config = read_station_config(place->file);
   if (!config) return base::forward_error(config);
   const auto folder = data_folder(data_option.empty() ? config->data.string() : data_option);
   if (!folder) return base::forward_error(folder);

@@ -69,8 +69,18 @@ struct StationConfig {
 /// that are not right-handed...
 [[nodiscard]] base::Result<StationConfig> read_station_config(const std::filesystem::path& file);
 
-/// The same of `file`, or where that is empty of station.toml in the data folder, with the data folder filled in: that
-/// of `data_option` (--data) where given, else the configuration's, else as for `soak`.
+/// The same of a text that is, or is to be, that of `file`.
+[[nodiscard]] base::Result<StationConfig> parse_station_config(std::string_view text,
+                                                               const std::filesystem::path& file);
+
+/// The controller, or the slots, of a text that holds no other part of a configuration: as far as somebody has come who
+/// sets up a station. `kind`: of the controller, "chamber" or "fixture".
+[[nodiscard]] base::Result<hal::DeviceMap> parse_controller(std::string_view text, std::string_view kind,
+                                                            const std::filesystem::path& file);
+[[nodiscard]] base::Result<std::vector<Slot>> parse_slots(std::string_view text, const std::filesystem::path& file);
+
+/// The configuration where place_of_config() finds it, with the data folder filled in: that of `data_option` (--data)
+/// where given, else the configuration's, else as for `soak`.
 [[nodiscard]] base::Result<StationConfig> find_station_config(const std::filesystem::path& file,
                                                               std::string_view data_option);
 

@@ -5,21 +5,26 @@
 #include <signal.h>
 
 #include <algorithm>
+#include <atomic>
+#include <chrono>
 #include <cstdlib>
 #include <filesystem>
+#include <functional>
 #include <iostream>
 #include <optional>
 #include <string_view>
 #include <thread>
+#include <utility>
 
 #include "station/access/accounts.h"
 #include "station/alarms/alarm_sender.h"
+#include "station/config/config_place.h"
 #include "station/config/station_config.h"
 #include "station/config/unit_type_file.h"
 #include "station/http/address.h"
 #include "station/http/server.h"
+#include "station/http/setup_server.h"
 #include "station/http/tls.h"
-#include "station/http/web_files.h"
 #include "station/io/data_folder.h"
 #include "station/io/host.h"
 #include "station/io/service_manager.h"
@@ -28,7 +33,10 @@
 namespace soak::station {
 namespace {
 
-/// From its making on, SIGTERM and SIGINT reach no thread but the one that waits for them and stops the engine.
+/// How often a manager that watches is told that the set-up is alive, and an end asked for.
+constexpr std::chrono::milliseconds kSetupTurn{200};
+
+/// From its making on, SIGTERM and SIGINT reach no thread but the one that waits for them.
 class StopSignals {
  public:
   StopSignals() {
@@ -42,21 +50,17 @@ class StopSignals {
   StopSignals& operator=(const StopSignals&) = delete;
   ~StopSignals() { release(); }
 
-  /// No signal reaches the engine any more: before it is destroyed.
+  /// No signal reaches what stop_with() was given any more: before that is destroyed.
   void release() {
     if (!waiter_.joinable()) return;
     pthread_kill(waiter_.native_handle(), kQuit);
     waiter_.join();
   }
 
-  void stop_with(Engine& engine, const ServiceManager& manager) {
-    waiter_ = std::thread([this, &engine, &manager] {
-      for (int signal = 0; sigwait(&signals_, &signal) == 0 && signal != kQuit;) {
-        const std::string text = "asked to stop: a running campaign is driven to the safe state first";
-        log_line(text);
-        manager.stopping(text);
-        engine.stop();
-      }
+  /// `stop` is called, by another thread, whenever one of them comes; until release().
+  void stop_with(std::function<void()> stop) {
+    waiter_ = std::thread([this, stop = std::move(stop)] {
+      for (int signal = 0; sigwait(&signals_, &signal) == 0 && signal != kQuit;) stop();
     });
   }
 
@@ -64,6 +68,21 @@ class StopSignals {
   static constexpr int kQuit = SIGUSR1;  ///< ends the waiting thread
   sigset_t signals_{};
   std::thread waiter_;
+};
+
+/// A data folder that this program has for itself.
+struct OwnFolder {
+  db::Catalog catalog;
+  FolderLock lock;
+
+  /// Makes it where it is new. Refuses (bad_input) one that another soakd has.
+  static base::Result<OwnFolder> take(std::string_view data_option) {
+    auto catalog = open_catalog(data_option);
+    if (!catalog) return base::forward_error(catalog);
+    auto lock = FolderLock::take(catalog->data_folder() / "soakd.lock", "soakd");
+    if (!lock) return base::forward_error(lock);
+    return OwnFolder{*std::move(catalog), *std::move(lock)};
+  }
 };
 
 /// Whether others than this machine can ask the station, or are to be known by name.
@@ -108,62 +127,110 @@ base::Result<CertificateFiles> certificate_for_others(const StationConfig& confi
   return files;
 }
 
-}  // namespace
-
-std::string config_template() {
-  constexpr std::string_view kPlace = "@procedures@";
-  const std::string folder = default_unit_type_folder().parent_path().string();
-  std::string text(find_web_file("station.toml")->content);
-  for (std::size_t at = text.find(kPlace); at != std::string::npos; at = text.find(kPlace, at + folder.size())) {
-    text.replace(at, kPlace.size(), folder);
+/// The configuration of a station that has none is to be written in the browser: serves that page until it is, or until
+/// somebody ends the program; whether it is. `listen` becomes the address that was served, where its port was any.
+base::Result<bool> set_up(const std::filesystem::path& file, db::Catalog& catalog, std::string& listen,
+                          ServiceManager& manager, StopSignals& signals) {
+  auto address = parse_host_port(listen.empty() ? StationConfig().listen : listen);
+  if (!address) return base::forward_error(address);
+  if (!is_loopback(*address)) {
+    return base::bad_input(
+        fmt::format("this station is not set up ({} is missing), which is done at the machine itself: leave out "
+                    "--listen, or give it 127.0.0.1",
+                    file.string()),
+        to_text(*address));
   }
-  return text;
+  SetupServer server(*address, file, catalog);
+  const auto port = server.start();
+  if (!port) return base::forward_error(port);
+  address->port = *port;
+  listen = to_text(*address);
+  const std::string page = fmt::format("http://{}/", listen);
+  const std::string waiting = fmt::format("not set up yet: {} does that, into {}", page, file.string());
+  log_line(waiting);
+  std::cout << page << std::endl;
+  std::atomic<bool> is_ended = false;
+  signals.stop_with([&] { is_ended = true; });
+  manager.ready(waiting);
+  bool is_written = false;
+  while (!is_written && !is_ended) {
+    is_written = server.wait_for(kSetupTurn);
+    manager.still_alive();
+  }
+  signals.release();
+  return is_written;
 }
 
-base::Status run_daemon(const DaemonOptions& options) {
-  share_one_heap();
-  auto config = find_station_config(options.config, options.data);
-  if (!config) return base::forward_error(config);
-  if (!options.listen.empty()) config->listen = options.listen;
-  // What the page shows, what judges a unit here and the programs that are started from here have the same types.
-  ::setenv(kUnitTypesVariable, std::filesystem::absolute(config->unit_types).c_str(), 1);
-  ServiceManager manager;
-  StopSignals signals;
-  auto catalog = open_catalog(config->data.string());
-  if (!catalog) return base::forward_error(catalog);
-  const auto lock = FolderLock::take(catalog->data_folder() / "soakd.lock", "soakd");
-  if (!lock) return base::forward_error(lock);
-  config->data = catalog->data_folder();
-  const auto listen = parse_host_port(config->listen);
+/// `soakd` with a configuration, until it is asked to stop.
+base::Status serve(const StationConfig& config, db::Catalog& catalog, const FolderLock& lock, ServiceManager& manager,
+                   StopSignals& signals) {
+  const auto listen = parse_host_port(config.listen);
   if (!listen) return base::forward_error(listen);
   std::optional<CertificateFiles> certificate;
-  if (is_for_others(*config, *listen)) {
-    const auto files = certificate_for_others(*config, *listen);
+  if (is_for_others(config, *listen)) {
+    const auto files = certificate_for_others(config, *listen);
     if (!files) return base::forward_error(files);
     certificate = *files;
   }
-  auto deliveries = deliveries_of(config->alarms);
+  auto deliveries = deliveries_of(config.alarms);
   if (!deliveries) return base::forward_error(deliveries);
-  const auto engine = Engine::make(*config, *catalog);
+  const auto engine = Engine::make(config, catalog);
   if (!engine) return base::forward_error(engine);
   AlarmSender alarms(**engine, *std::move(deliveries));
-  HttpServer server(**engine, config->listen, config->data, config->allowed_hosts, certificate, &alarms);
+  HttpServer server(**engine, config.listen, config.data, config.allowed_hosts, certificate, &alarms);
   const auto port = server.start();
   if (!port) return base::forward_error(port);
   const std::string address = (certificate ? "https://" : "http://") + to_text({listen->host, *port});
-  lock->note_address(address);
+  lock.note_address(address);
   const std::string page = address + "/";
   const std::string serving =
-      fmt::format("serving {} from {}, {} slots", page, config->data.string(), config->slots.size());
+      fmt::format("serving {} from {}, {} slots", page, config.data.string(), config.slots.size());
   log_line(serving);
   std::cout << page << std::endl;
-  signals.stop_with(**engine, manager);
+  signals.stop_with([&] {
+    const std::string text = "asked to stop: a running campaign is driven to the safe state first";
+    log_line(text);
+    manager.stopping(text);
+    (*engine)->stop();
+  });
   manager.ready(serving);
   auto ended = (*engine)->run([&manager] { manager.still_alive(); });
   signals.release();
   alarms.stop();  // before the server waits for a test that is being sent
   server.stop();
   return ended;
+}
+
+}  // namespace
+
+base::Status run_daemon(const DaemonOptions& options) {
+  share_one_heap();
+  std::string listen = options.listen;
+  ServiceManager manager;
+  StopSignals signals;
+  std::optional<OwnFolder> own;
+  const auto place = place_of_config(options.config, options.data);
+  if (!place) return base::forward_error(place);
+  if (place->is_usual && !place->is_there) {
+    auto taken = OwnFolder::take(options.data);
+    if (!taken) return base::forward_error(taken);
+    own.emplace(*std::move(taken));
+    const auto is_set_up = set_up(place->file, own->catalog, listen, manager, signals);
+    if (!is_set_up) return base::forward_error(is_set_up);
+    if (!*is_set_up) return {};
+  }
+  auto config = find_station_config(options.config, options.data);
+  if (!config) return base::forward_error(config);
+  if (!listen.empty()) config->listen = listen;
+  // What the page shows, what judges a unit here and the programs that are started from here have the same types.
+  ::setenv(kUnitTypesVariable, std::filesystem::absolute(config->unit_types).c_str(), 1);
+  if (!own) {
+    auto taken = OwnFolder::take(config->data.string());
+    if (!taken) return base::forward_error(taken);
+    own.emplace(*std::move(taken));
+  }
+  config->data = own->catalog.data_folder();
+  return serve(*config, own->catalog, own->lock, manager, signals);
 }
 
 }  // namespace soak::station

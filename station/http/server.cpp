@@ -4,9 +4,7 @@
 #include <httplib.h>
 
 #include <atomic>
-#include <cerrno>
 #include <chrono>
-#include <exception>
 #include <functional>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -22,13 +20,12 @@
 #include "station/http/audit_api.h"
 #include "station/http/connections.h"
 #include "station/http/event_feed.h"
+#include "station/http/front.h"
 #include "station/http/jobs_api.h"
 #include "station/http/metrics.h"
 #include "station/http/records_api.h"
 #include "station/http/runs_api.h"
-#include "station/http/web_files.h"
 #include "station/io/host.h"
-#include "station/report/html.h"
 
 namespace soak::station {
 namespace {
@@ -39,66 +36,6 @@ constexpr int kMaxStreams = 80;  // each holds one of the listener's threads
 constexpr std::chrono::seconds kStreamsEndWithin{1};
 constexpr std::chrono::milliseconds kPoll{1};
 const std::string kEventsPath = std::string(kApiPath) + "events";
-
-/// The library's own default, SO_REUSEPORT, would let two daemons share one port unnoticed.
-void set_socket_options(socket_t socket) {
-  const int on = 1;
-  ::setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
-}
-
-std::string content_type(std::string_view name) {
-  if (name.ends_with(".html")) return "text/html; charset=utf-8";
-  if (name.ends_with(".css")) return "text/css; charset=utf-8";
-  if (name.ends_with(".svg")) return "image/svg+xml";
-  if (name.ends_with(".png")) return "image/png";
-  if (name.ends_with(".toml") || name.ends_with(".txt")) return "text/plain; charset=utf-8";
-  return "text/javascript; charset=utf-8";
-}
-
-/// Whether somebody looks at the answer in a browser.
-bool wants_page(const httplib::Request& request) {
-  return request.get_header_value("Accept").find("text/html") != std::string::npos;
-}
-
-/// What somebody reads who has typed a name that this station does not go by.
-std::string refusal_page(const std::string& why, const std::string& own_address) {
-  const std::string own = html::escaped(own_address);
-  return "<!doctype html><html lang=\"en\"><title>Soak: not at this address</title><h1>Not at this address</h1><p>" +
-         html::escaped(why) + ".</p><p>The station listens at <a href=\"" + own + "/\">" + own +
-         "/</a>. To reach it by another name, write that name into its configuration, as in <code>allowed_hosts = "
-         "[\"lab-pc\"]</code>, and start soakd again.</p></html>";
-}
-
-void set_security_headers(const httplib::Request& request, httplib::Response& response) {
-  response.set_header("Cache-Control", request.path.starts_with(kApiPath) ? "no-store" : "no-cache");
-  response.set_header("X-Content-Type-Options", "nosniff");
-  response.set_header("Referrer-Policy", "no-referrer");
-  response.set_header("Cross-Origin-Resource-Policy", "same-origin");
-  response.set_header("Content-Security-Policy",
-                      "default-src 'self'; base-uri 'none'; form-action 'self'; frame-ancestors 'none'");
-}
-
-/// What the library itself refuses (unknown path, body too long...), as our error document.
-void describe_library_error(const httplib::Request& request, httplib::Response& response) {
-  if (!response.body.empty()) return;
-  base::Error error{ErrorKind::bad_input, "the request cannot be understood", request.path};
-  if (response.status == 404) error.message = "this path does not exist, or not for the method " + request.method;
-  if (response.status == 413) error.message = "the body is longer than 1 MiB";
-  if (response.status >= 500) error.kind = ErrorKind::internal;
-  refuse(response, {response.status, std::move(error)});
-}
-
-void describe_exception(const httplib::Request& request, httplib::Response& response, std::exception_ptr thrown) {
-  std::string message;
-  try {
-    std::rethrow_exception(std::move(thrown));
-  } catch (const std::exception& reason) {
-    message = reason.what();
-  } catch (...) {
-    message = "unexpected failure";
-  }
-  refuse(response, {500, {ErrorKind::internal, std::move(message), request.path}});
-}
 
 }  // namespace
 
@@ -117,51 +54,33 @@ struct HttpServer::Running {
         alarms(alarm_sender) {
     own_names.push_back(host_of(to_text(address)));
     for (const std::string& name : names_of_machine()) own_names.push_back(name);
-    listener.set_socket_options(set_socket_options);
+    prepare(listener);
     listener.set_pre_routing_handler([this](const httplib::Request& request, httplib::Response& response) {
       const auto refusal = refusal_before_body(request);
       if (!refusal) return httplib::Server::HandlerResponse::Unhandled;
       refuse(response, *refusal);
       if (refusal->status == 403 && wants_page(request)) {
-        const std::string own = (tls ? "https://" : "http://") + to_text(address);
-        response.set_content(refusal_page(refusal->error.message, own), content_type(".html"));
+        send_refusal_page(response, refusal->error.message, (tls ? "https://" : "http://") + to_text(address));
       }
       if (refusal->status == 401 && wants_page(request)) response.set_redirect("/login.html", 303);
       return httplib::Server::HandlerResponse::Handled;
     });
-    listener.set_error_handler(httplib::Server::Handler(describe_library_error));
-    listener.set_exception_handler(describe_exception);
-    listener.set_post_routing_handler(set_security_headers);
     add_routes();
   }
 
   ~Running() {
     feed.stop();
-    // The library cuts off what is still being sent when it stops.
+    // The listener cuts off what is still being sent when it stops.
     const auto latest_end = std::chrono::steady_clock::now() + kStreamsEndWithin;
     while (streams > 0 && std::chrono::steady_clock::now() < latest_end) std::this_thread::sleep_for(kPoll);
-    listener.cut_all();
-    listener.stop();
-    if (thread.joinable()) thread.join();
+    thread.stop();
   }
 
   /// Why a request is refused by its head alone, before anything of its body is read or unpacked.
   std::optional<Refusal> refusal_before_body(const httplib::Request& request) {
-    const auto stranger =
-        why_refused({request.get_header_value("Host"), header(request, "Origin"), tls != nullptr}, own_names);
-    if (stranger) return Refusal{403, {ErrorKind::bad_input, *stranger, "headers"}};
+    if (auto stranger = refused_by_origin(request, tls != nullptr, own_names)) return stranger;
     if (auto unknown = access.refusal(request)) return unknown;
-    // The library counts the length of a body only where it is stated, and unpacks a packed one to any size.
-    if (request.has_header("Transfer-Encoding")) {
-      return Refusal{411, {ErrorKind::bad_input, "the length of the body must be stated", "Content-Length"}};
-    }
-    if (request.get_header_value_count("Content-Length") > 1) {
-      return Refusal{400, {ErrorKind::bad_input, "the length of the body must be stated once", "Content-Length"}};
-    }
-    if (request.has_header("Content-Encoding")) {
-      return Refusal{415, {ErrorKind::bad_input, "the body must not be compressed", "Content-Encoding"}};
-    }
-    return std::nullopt;
+    return refused_by_body(request);
   }
 
   void add_routes() {
@@ -254,18 +173,7 @@ struct HttpServer::Running {
   }
 
   static void send_page(const httplib::Request& request, httplib::Response& response) {
-    const std::string name = request.matches[1].length() == 0 ? "index.html" : request.matches[1].str();
-    const WebFile* file = find_web_file(name);
-    if (file == nullptr) {
-      response.status = 404;
-      return;
-    }
-    // Not as content, which the library would pack anew for each request: half a second of a processor for the page.
-    response.set_content_provider(
-        file->content.size(), content_type(name),
-        [content = file->content](std::size_t offset, std::size_t length, httplib::DataSink& sink) {
-          return sink.write(content.data() + offset, length);
-        });
+    send_file(response, request.matches[1].length() == 0 ? "index.html" : request.matches[1].str());
   }
 
   void send_events(const httplib::Request& request, httplib::Response& response) {
@@ -291,28 +199,6 @@ struct HttpServer::Running {
                                           });
   }
 
-  base::Result<int> listen() {
-    errno = 0;
-    const int port = address.port == 0 ? listener.bind_to_any_port(address.host)
-                                       : (listener.bind_to_port(address.host, address.port) ? address.port : -1);
-    if (port < 0) {
-      const std::string why = errno != 0 ? std::generic_category().message(errno) : "no such address";
-      return base::bad_input(
-          "cannot listen there: " + why +
-              (errno == EADDRINUSE ? " (is another soakd running? --listen takes another address)" : ""),
-          to_text(address));
-    }
-    address.port = port;
-    listener.widen_backlog();
-    thread = std::thread([this] {
-      listener.listen_after_bind();
-      ended = true;
-    });
-    // The library ignores stop() before its loop runs.
-    while (!listener.is_running() && !ended) std::this_thread::sleep_for(kPoll);
-    return port;
-  }
-
   TlsContext tls;  ///< null = in the clear, and without accounts
   StationService& lab;
   HostPort address;
@@ -324,9 +210,8 @@ struct HttpServer::Running {
   EventFeed feed;
   AlarmSender* alarms;
   std::atomic<int> streams = 0;
-  std::atomic<bool> ended = false;
   BoundedListener listener{ConnectionLimits{}, tls.get()};
-  std::thread thread;
+  ListenerThread thread{listener};
 };
 
 HttpServer::HttpServer(StationService& lab, std::string listen, std::filesystem::path data_folder,
@@ -348,7 +233,7 @@ base::Result<int> HttpServer::start() {
   if (!tls) return base::forward_error(tls);
   auto running =
       std::make_unique<Running>(lab_, *std::move(address), data_folder_, allowed_hosts_, *std::move(tls), alarms_);
-  const auto port = running->listen();
+  const auto port = running->thread.start(running->address);
   if (port) running_ = std::move(running);
   return port;
 }

@@ -152,11 +152,18 @@ class BadStart(LabTest):
         self.assertIn(f"{broken}:{line}", message)
         self.assertIn("'quantity.air_c.type'", message)
 
-    def test_a_station_without_a_configuration_is_told_how_to_get_one(self):
-        done = subprocess.run([bin_folder() + "/soakd", "--data", self.folder], capture_output=True, text=True, timeout=60)
+    def test_a_configuration_that_is_named_and_missing_is_refused_with_how_to_get_one(self):
+        missing = self.folder / "missing.toml"
+        done = subprocess.run([bin_folder() + "/soakd", "--config", missing, "--data", self.folder], capture_output=True, text=True, timeout=60)
+        self.assertEqual((done.returncode, done.stdout), (2, ""))
+        self.assertIn(str(missing), done.stderr)
+        self.assertIn("'soakd --write-config'", done.stderr)
+
+    def test_commands_that_need_the_station_say_that_it_is_not_set_up(self):
+        done = subprocess.run([bin_folder() + "/soak", "chamber", "make-safe", "--data", self.folder], capture_output=True, text=True, timeout=60)
         self.assertEqual((done.returncode, done.stdout), (2, ""))
         self.assertIn(str(self.folder / "station.toml"), done.stderr)
-        self.assertIn("'soakd --write-config'", done.stderr)
+        self.assertIn("start soakd and open its page", done.stderr)
 
 
 if __name__ == "__main__":

@@ -107,7 +107,7 @@ def sentences_in(code):
 
 class Sources(unittest.TestCase):
     def test_the_pages_carry_no_text_of_their_own(self):
-        for page, names in (("index.html", ["Soak", "Soak"]), ("login.html", ["Soak"])):
+        for page, names in (("index.html", ["Soak", "Soak"]), ("login.html", ["Soak"]), ("setup.html", ["Soak"])):
             with self.subTest(page=page):
                 self.assertEqual(sorted(OwnTexts((WEB / page).read_text(encoding="utf-8")).found), sorted(names[: 2 if page == "index.html" else 1]))
 
@@ -182,7 +182,7 @@ class Choice(LanguageTest):
     def test_every_text_that_index_html_names_is_there(self):
         self.open_german()
         known = {group: {part.split()[0] for part in self.browser.run(PARTS, module_of(group, "de")) if part.endswith(" text")} for group in GROUPS}
-        for page in ("index.html", "login.html"):
+        for page in ("index.html", "login.html", "setup.html"):
             asked = Named((WEB / page).read_text(encoding="utf-8")).asked
             self.assertGreater(len(asked), 5)
             self.assertEqual([(group, key) for group, key in asked if key not in known.get(group, ())], [])

@@ -42,7 +42,9 @@ def check(document, schema):
 # Only where the station asks who one is: tests/web/test_access.py.
 GUARDED = {("POST", "/api/v1/login"), ("POST", "/api/v1/logout")}
 EVERY = {(method.upper(), path): operation for path, item in DOCUMENT["paths"].items() for method, operation in item.items()}
-OPERATIONS = {key: operation for key, operation in EVERY.items() if key not in GUARDED}
+# Only before the station is set up: tests/web/test_setup.py.
+SETUP = {key for key, operation in EVERY.items() if operation["tags"] == ["setup"]}
+OPERATIONS = {key: operation for key, operation in EVERY.items() if key not in GUARDED | SETUP}
 
 
 def parameters_of(operation, place="query"):
@@ -168,6 +170,12 @@ class OpenApi(unittest.TestCase):
         for _, path in GUARDED:
             status, _, _ = self.ask(path, {"name": "eva", "password": "x"})
             self.assertEqual(status, 404)
+
+    def test_a_station_that_is_set_up_cannot_be_set_up_again(self):
+        self.assertGreater(len(SETUP), 4)
+        for method, path in SETUP:
+            status, _, _ = self.ask(path, {} if method == "POST" else None)
+            self.assertEqual(status, 404, path)
 
     def test_the_page_of_the_interface_names_every_path(self):
         text = (ROOT / "docs" / "http-api.md").read_text(encoding="utf-8")

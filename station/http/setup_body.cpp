@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "station/http/setup_body.h"
+
+#include <fmt/format.h>
+
+#include <cstddef>
+#include <initializer_list>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <system_error>
+#include <utility>
+
+#include "station/config/unit_type_file.h"
+#include "station/http/members.h"
+
+namespace soak::station {
+namespace {
+
+using base::Result;
+using nlohmann::json;
+
+constexpr std::size_t kMostSlots = 64;
+
+/// An object within the body. The first refusal is kept for the end, so that members can be asked for in a row.
+class Entered {
+ public:
+  /// `name`: of the object in the body, "slots.0"; empty = the body itself.
+  Entered(const json& object, std::string name, std::optional<base::Error>& refusal)
+      : object_(object), name_(std::move(name)), refusal_(refusal) {
+    if (!object.is_object()) refuse({base::ErrorKind::bad_input, "the member is not an object", ""});
+  }
+
+  void only(std::initializer_list<std::string_view> known) {
+    if (!object_.is_object()) return;
+    if (auto members = only_members(object_, known); !members) refuse(members.error());
+  }
+  /// Empty where it is absent.
+  std::string line(const std::string& member) {
+    if (!has(member)) return "";
+    auto value = line_member(object_, member, "");
+    if (!value) refuse(value.error());
+    return value ? *std::move(value) : std::string();
+  }
+  std::optional<std::string> optional_line(const std::string& member) {
+    return has(member) ? std::optional(line(member)) : std::nullopt;
+  }
+  std::optional<int> whole(const std::string& member) {
+    if (!has(member)) return std::nullopt;
+    const auto value = count_member(object_, member);
+    if (!value) refuse(value.error());
+    return value ? *value : std::nullopt;
+  }
+  /// The objects of a list, none where it is absent.
+  std::vector<Entered> objects(const std::string& member) {
+    std::vector<Entered> found;
+    if (!has(member)) return found;
+    const json& list = object_.at(member);
+    if (!list.is_array() || list.size() > kMostSlots) {
+      refuse({base::ErrorKind::bad_input, fmt::format("not a list of at most {} objects", kMostSlots), member});
+      return found;
+    }
+    for (std::size_t i = 0; i < list.size(); ++i) {
+      found.emplace_back(list[i], fmt::format("{}.{}", full(member), i), refusal_);
+    }
+    return found;
+  }
+  std::vector<std::string> lines(const std::string& member) {
+    std::vector<std::string> values;
+    if (!has(member)) return values;
+    const json& list = object_.at(member);
+    if (!list.is_array()) refuse({base::ErrorKind::bad_input, "the member is not a list", member});
+    for (const json& one : list.is_array() ? list : json::array()) {
+      json object = json::object();
+      object[member] = one;
+      const auto value = line_member(object, member, "");
+      if (!value) refuse(value.error());
+      if (value) values.push_back(*value);
+    }
+    return values;
+  }
+  [[nodiscard]] bool has(const std::string& member) const {
+    return object_.is_object() && object_.contains(member) && !object_.at(member).is_null();
+  }
+  Entered inner(const std::string& member) { return Entered(object_.at(member), full(member), refusal_); }
+  void refuse(base::Error error) {
+    if (refusal_) return;
+    error.where = full(error.where);
+    refusal_ = std::move(error);
+  }
+
+ private:
+  [[nodiscard]] std::string full(const std::string& member) const {
+    if (name_.empty() || member.empty()) return name_ + member;
+    return name_ + "." + member;
+  }
+
+  const json& object_;
+  std::string name_;
+  std::optional<base::Error>& refusal_;
+};
+
+EnteredAddress address_in(Entered& entered) {
+  return {entered.optional_line("device"), entered.whole("baud"), entered.line("host"), entered.whole("port")};
+}
+
+/// The file of a map that is chosen by its name; empty where none is.
+std::string map_in(Entered& entered, std::string_view section) {
+  std::string name = entered.line("map");
+  if (name.empty()) return name;
+  const std::filesystem::path folder = shipped_maps(section);
+  std::error_code failure;
+  for (std::filesystem::directory_iterator entry(folder, failure), end; !failure && entry != end;
+       entry.increment(failure)) {
+    if (entry->path().filename() == name) return entry->path().string();
+  }
+  entered.refuse({base::ErrorKind::bad_input, fmt::format("there is no map '{}' in {}", name, folder.string()), "map"});
+  return "";
+}
+
+EnteredController controller_in(Entered entered, std::string_view section) {
+  entered.only({"map", "device", "baud", "host", "port", "unit", "parity", "stop_bits"});
+  EnteredController controller;
+  controller.map = map_in(entered, section);
+  controller.address = address_in(entered);
+  controller.unit = entered.whole("unit");
+  controller.parity = entered.optional_line("parity");
+  controller.stop_bits = entered.whole("stop_bits");
+  return controller;
+}
+
+EnteredSlot slot_in(Entered& entered) {
+  entered.only({"name", "device", "baud", "host", "port", "unit"});
+  return {entered.line("name"), address_in(entered), entered.line("unit")};
+}
+
+EnteredMail mail_in(Entered entered) {
+  entered.only({"host", "security", "port", "from", "to"});
+  return {entered.line("host"), entered.line("security"), entered.whole("port"), entered.line("from"),
+          entered.lines("to")};
+}
+
+}  // namespace
+
+std::filesystem::path shipped_maps(std::string_view section) {
+  return default_unit_type_folder().parent_path() / (std::string(section) + "s");
+}
+
+Result<SetupForm> setup_form_of(const json& body) {
+  std::optional<base::Error> refusal;
+  Entered entered(body, "", refusal);
+  entered.only({"chamber", "fixture", "unit_type", "decoder", "slots", "mail", "user"});
+  SetupForm form;
+  if (entered.has("chamber")) form.chamber = controller_in(entered.inner("chamber"), "chamber");
+  if (entered.has("fixture")) form.fixture = controller_in(entered.inner("fixture"), "fixture");
+  if (entered.has("mail")) form.mail = mail_in(entered.inner("mail"));
+  form.unit_type = entered.line("unit_type");
+  form.decoder = entered.line("decoder");
+  (void)entered.line("user");
+  for (Entered& slot : entered.objects("slots")) form.slots.push_back(slot_in(slot));
+  if (refusal) return tl::unexpected<base::Error>(*std::move(refusal));
+  return form;
+}
+
+Result<EnteredController> controller_of(const json& body, const std::string& section) {
+  std::optional<base::Error> refusal;
+  Entered entered(body, "", refusal);
+  if (!entered.has(section)) return base::bad_input("the member is missing", section);
+  EnteredController controller = controller_in(entered.inner(section), section);
+  if (refusal) return tl::unexpected<base::Error>(*std::move(refusal));
+  return controller;
+}
+
+}  // namespace soak::station

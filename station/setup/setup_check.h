@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "hal/maps/device_map.h"
+#include "station/config/station_config.h"
+#include "station/setup/setup_form.h"
+
+namespace soak::station {
+
+/// A mistake in what was entered.
+struct SetupMistake {
+  std::string field;    ///< as SetupText::fields; empty = of all of it
+  std::string message;  ///< for people
+};
+
+/// What is made of a form.
+struct SetupCheck {
+  std::string toml;
+  std::vector<SetupMistake> mistakes;  ///< none: soakd takes the text as its configuration
+};
+
+/// The configuration that a form gives, judged by the parser with which soakd reads `file`. Of each field the first
+/// mistake.
+[[nodiscard]] SetupCheck check_setup(const SetupForm& form, const std::filesystem::path& file);
+
+/// The controller that was entered; `section`: "chamber" or "fixture". Refuses (bad_input) the first mistake, with its
+/// field as `where`.
+[[nodiscard]] base::Result<hal::DeviceMap> entered_controller(std::string_view section,
+                                                              const EnteredController& controller);
+
+/// The slots that were entered. Refuses as entered_controller() does.
+[[nodiscard]] base::Result<std::vector<Slot>> entered_slots(const SetupForm& form);
+
+/// Writes the configuration to a file that is not there yet, synced, all of it or nothing. Refuses (bad_input, where ==
+/// "state") to write over one that is, also one that appeared just now.
+[[nodiscard]] base::Status write_new_config(const std::filesystem::path& file, std::string_view toml);
+
+}  // namespace soak::station

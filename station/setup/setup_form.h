@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace soak::station {
+
+/// Where a device is reached, as somebody has entered it. What is absent the configuration says by default.
+struct EnteredAddress {
+  std::optional<std::string> device;  ///< a serial port; absent = over TCP
+  std::optional<int> baud;            ///< of `device`
+  std::string host;                   ///< where there is no `device`
+  std::optional<int> port;            ///< of `host`
+};
+
+/// A chamber's or a fixture's controller.
+struct EnteredController {
+  std::string map;  ///< file of its register map
+  EnteredAddress address;
+  std::optional<int> unit;            ///< Modbus unit number; this and the next two of Modbus only
+  std::optional<std::string> parity;  ///< of a serial line: "N", "E", "O"
+  std::optional<int> stop_bits;       ///< of a serial line
+};
+
+/// A place for a unit.
+struct EnteredSlot {
+  std::string name;
+  EnteredAddress address;
+  std::string unit;  ///< its serial number; empty = given when a campaign starts
+};
+
+/// A mail server that takes messages without a password.
+struct EnteredMail {
+  std::string host;
+  std::string security;  ///< "starttls", "tls", "none"
+  std::optional<int> port;
+  std::string from;
+  std::vector<std::string> to;
+};
+
+/// What somebody has entered who sets up a station.
+struct SetupForm {
+  EnteredController chamber;
+  std::optional<EnteredController> fixture;  ///< absent = units are turned by hand
+  std::string unit_type;                     ///< of all slots
+  std::string decoder;                       ///< of all slots: the units' protocol
+  std::vector<EnteredSlot> slots;
+  std::optional<EnteredMail> mail;  ///< absent = nobody is told of alarms
+};
+
+/// A configuration, or a part of one, with what was entered into which line.
+struct SetupText {
+  std::string toml;
+  /// Of each line the member of POST /api/v1/setup/check that it says: "chamber.host", "slots.0.device", of the head of
+  /// a section "chamber", "slots.0"; empty where a line says none.
+  std::vector<std::string> fields;
+};
+
+/// A text within double quotes as TOML reads it back, whatever is in it: always one line.
+[[nodiscard]] std::string toml_quoted(std::string_view text);
+
+/// The configuration of the station (docs/station-config.md).
+[[nodiscard]] SetupText setup_text(const SetupForm& form);
+
+/// The section of one controller alone: `section` is "chamber" or "fixture".
+[[nodiscard]] SetupText controller_text(std::string_view section, const EnteredController& controller);
+
+/// The slots alone.
+[[nodiscard]] SetupText slots_text(const SetupForm& form);
+
+}  // namespace soak::station

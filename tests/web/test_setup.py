@@ -1,0 +1,419 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The first start of a station: a real `soakd` without a configuration is set up in a real browser before a real `soaksim`, and what it
+answers to whoever sets it up is as docs/openapi.yaml says."""
+import os
+import pathlib
+import socket
+import subprocess
+import sys
+import tempfile
+import tomllib
+import unittest
+from unittest import mock
+
+import jsonschema
+from pymodbus.client import ModbusTcpClient
+
+from browser import BROWSER, DRIVER, Browser
+from new_station import ROOT, Laboratory, NewStation, bin_folder, unused_port
+from test_accessibility import AXE, SERIOUS
+from test_language import ENGLISH, SHOWN
+from test_openapi import EVERY, SETUP, body_of, check, parameters_of, resolved, wrong_values
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "cli"))
+from soak_cli import check_schema  # noqa: E402
+
+SERIAL = "0380A001"
+STEPS = ("chamber", "fixture", "units", "alarms", "file")
+OBJECTS = {"chamber", "fixture", "mail"}
+HOSTILE = 'ttyUSB0"\nlisten = "0.0.0.0:1'
+
+
+def form(**more):
+    """What a station is set up with: devices at which nobody answers."""
+    return {"chamber": {"map": "watlow-f4t.toml", "host": "127.0.0.1", "port": 5020}, "unit_type": "mti-300", "decoder": "xsens",
+            "slots": [{"name": "1", "host": "127.0.0.1", "port": 4001}, {"name": "2", "device": "/dev/ttyUSB7", "unit": "SN2"}], **more}
+
+
+class WithStation(unittest.TestCase):
+    def setUp(self):
+        self.station = NewStation()
+        self.addCleanup(self.station.close)
+
+    def checked(self, body):
+        """(text, {field: message}) of a form."""
+        status, document = self.station.ask("setup/check", body)
+        self.assertEqual(status, 200, document)
+        check_schema(document, "http-setup-check")
+        return document["text"], {mistake["field"]: mistake["message"] for mistake in document["mistakes"]}
+
+    def refused(self, path, body):
+        """(status, where, message)"""
+        status, document = self.station.ask(path, body)
+        self.assertGreaterEqual(status, 400, document)
+        return status, document["error"]["where"], document["error"]["message"]
+
+
+class Interface(WithStation):
+    def test_it_offers_what_soak_comes_with(self):
+        status, document = self.station.ask("setup")
+        self.assertEqual(status, 200)
+        check_schema(document, "http-setup")
+        self.assertEqual(document["file"], str(self.station.file))
+        for kind in ("chambers", "fixtures"):
+            self.assertEqual([one["file"] for one in document[kind]], sorted(path.name for path in (ROOT / "procedures" / kind).glob("*.toml")))
+        self.assertIn("mti-300", [one["name"] for one in document["types"]])
+        ports = {one["file"]: (one["protocol"], one["port"]) for one in document["chambers"]}
+        self.assertEqual((ports["watlow-f4t.toml"], ports["thermotron-8800.toml"]), (("modbus", 502), ("text", 8888)))
+
+    def test_a_form_without_a_mistake_is_the_configuration(self):
+        fixture = {"map": "modbus-positioner.toml", "device": "/dev/ttyS9", "baud": 19200, "parity": "E", "stop_bits": 2, "unit": 7}
+        mail = {"host": "smtp.lab.example", "security": "none", "from": "soak@lab.example", "to": ["eva@lab.example", "otto@lab.example"]}
+        text, mistakes = self.checked(form(fixture=fixture, mail=mail))
+        self.assertEqual(mistakes, {})
+        config = tomllib.loads(text)
+        maps = ROOT / "procedures"
+        self.assertEqual(config, {
+            "chamber": {"map": str(maps / "chambers/watlow-f4t.toml"), "host": "127.0.0.1", "port": 5020},
+            "fixture": {**fixture, "map": str(maps / "fixtures/modbus-positioner.toml")}, "alarms": {"mail": mail},
+            "slot": [{"name": "1", "host": "127.0.0.1", "port": 4001, "decoder": "xsens", "unit_type": "mti-300"},
+                     {"name": "2", "device": "/dev/ttyUSB7", "decoder": "xsens", "unit": "SN2", "unit_type": "mti-300"}]})
+
+    def test_each_mistake_is_told_at_its_field_once(self):
+        _, mistakes = self.checked({})
+        self.assertLessEqual({"chamber.map", "chamber.host", "unit_type"}, set(mistakes))
+        slots = [{"name": "", "host": "", "unit": "SN1"}, {"name": "2", "host": "127.0.0.1", "port": 99999}, {"name": "3", "device": "/dev/ttyUSB7", "baud": 1},
+                 {"name": "2", "device": "/dev/ttyUSB8"}]
+        _, mistakes = self.checked(form(slots=slots, decoder="morse", unit_type="no such", chamber={"map": "watlow-f4t.toml", "device": "/dev/ttyUSB9", "baud": 1234, "parity": "X"},
+                                        mail={"host": "a b", "security": "none", "from": "nobody", "to": []}))
+        self.assertEqual(set(mistakes), {"chamber.baud", "chamber.parity", "slots.0.name", "slots.0.host", "slots.0.port", "slots.1.port", "slots.2.baud", "slots.3.name",
+                                         "decoder", "unit_type", "mail.host", "mail.from", "mail.to"})
+        self.assertIn("9600", mistakes["chamber.baud"])
+        _, mistakes = self.checked(form(slots=[{"name": "1", "device": "/dev/ttyUSB7"}], chamber={"map": "watlow-f4t.toml", "device": "/dev/ttyUSB7"}))
+        self.assertIn("already used by the chamber", mistakes["slots.0"])
+
+    def test_a_hostile_value_makes_no_key(self):
+        for path in ("setup/check", "setup/write"):
+            for field, body in (("slots.0.device", form(slots=[{"name": "1", "device": HOSTILE}])), ("chamber.host", form(chamber={"map": "watlow-f4t.toml", "host": HOSTILE})),
+                                ("slots.0.unit", form(slots=[{"name": "1", "device": "/dev/a", "unit": HOSTILE}])), ("mail.to", form(mail={"to": [HOSTILE]}))):
+                self.assertEqual(self.refused(path, body)[:2], (400, field))
+        name = 'a" ]\\ # [tls] \\u0022 = \'x\''
+        text, mistakes = self.checked(form(slots=[{"name": name, "device": f"/dev/{name}"}]))
+        self.assertEqual(mistakes, {})
+        config = tomllib.loads(text)
+        self.assertEqual((set(config), config["slot"][0]["name"], config["slot"][0]["device"]), ({"chamber", "slot"}, name, f"/dev/{name}"))
+        for outside in ("../units/mti-300.toml", "/etc/passwd", "chambers/watlow-f4t.toml", "."):
+            self.assertEqual(self.refused("setup/check", form(chamber={"map": outside, "host": "a"}))[:2], (400, "chamber.map"))
+        self.assertFalse(self.station.file.exists())
+
+    def test_a_wrong_form_is_not_written(self):
+        self.assertEqual(self.refused("setup/write", form(unit_type=""))[:2], (400, "unit_type"))
+        self.assertFalse(self.station.file.exists())
+
+    def test_a_file_that_is_there_by_then_is_not_written_over(self):
+        self.station.file.write_text("# of somebody else\n", encoding="utf-8")
+        status, where, message = self.refused("setup/write", form(user="Eva"))
+        self.assertEqual((status, where), (409, "state"))
+        self.assertIn(str(self.station.file), message)
+        self.assertEqual(self.station.file.read_text(encoding="utf-8"), "# of somebody else\n")
+        self.assertEqual(sorted(path.name for path in self.station.data.iterdir() if "station.toml" in path.name), ["station.toml"])
+        self.assertEqual(self.station.events(), [])
+
+    def test_pages_of_others_are_kept_out_and_nothing_else_of_the_interface_is_there(self):
+        for headers in ({"Host": "evil.example"}, {"Origin": "https://evil.example"}):
+            for path, body in (("setup", None), ("setup/write", form())):
+                status, _ = self.station.ask(path, body, **headers)
+                self.assertEqual(status, 403, headers)
+        self.assertEqual(self.station.ask("setup/write", form(), **{"Content-Type": "text/plain"})[0], 415)
+        for method, path in EVERY:
+            if path.startswith("/api/") and (method, path) not in SETUP:
+                self.assertEqual(self.station.ask(path.removeprefix("/api/v1/"), {} if method == "POST" else None)[0], 404, path)
+        self.assertFalse(self.station.file.exists())
+
+    def test_what_the_document_of_the_interface_does_not_allow_is_refused_by_name(self):
+        for method, path in SETUP:
+            operation = EVERY[method, path]
+            if method == "GET":
+                self.assertEqual(parameters_of(operation), {})
+                self.assertEqual(self.station.ask("setup?no_such=1")[0], 400)
+                continue
+            schema = resolved(body_of(operation))
+            parts = {"": schema, **{name: resolved(schema["properties"][name]) for name in OBJECTS & set(schema["properties"])}}
+            for place, part in parts.items():
+                for name, member in [*part["properties"].items(), ("no_such", {})]:
+                    wrong = ["x"] if name in OBJECTS else [1] if name == "no_such" else wrong_values(resolved(member))
+                    for value in wrong:
+                        section = next((one for one in (place, name) if one in ("chamber", "fixture")), "chamber")
+                        body = {"section": section, section: {"host": "a"}} if path.endswith("try") else {}
+                        body |= {place: {"host": "a", name: value}} if place else {name: value}
+                        where = f"{place}.{name}" if place else name
+                        with self.subTest(path=path, where=where, value=value):
+                            self.assertRaises(jsonschema.ValidationError, check, body, schema)
+                            self.assertEqual(self.refused(path.removeprefix("/api/v1/"), body)[:2], (400, where))
+
+
+class Start(unittest.TestCase):
+    def test_it_goes_on_with_what_was_written_and_so_does_the_next_start(self):
+        station = NewStation()
+        self.addCleanup(station.close)
+        self.assertIn(str(station.file), station.said())
+        status, document = station.ask("setup/write", form(user="Eva"))
+        self.assertEqual(status, 200, document)
+        check_schema(document, "http-setup-write")
+        self.assertEqual(station.process.stdout.readline().strip(), station.url)
+        self.assertEqual([slot["name"] for slot in station.ask("stored")[1]["slots"]], ["1", "2"])
+        [event] = station.events()
+        self.assertEqual((event["kind"], event["subject"], event["user"]), ("station_set_up", str(station.file), "Eva"))
+        self.assertEqual(station.stop(), 0)
+        station.start()
+        self.assertEqual(station.ask("status")[0], 200)
+
+    def test_the_manager_of_services_is_told_that_it_waits_to_be_set_up(self):
+        with tempfile.TemporaryDirectory() as folder, socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as manager:
+            manager.bind(f"{folder}/notify")
+            manager.settimeout(60)
+            with mock.patch.dict(os.environ, {"NOTIFY_SOCKET": f"{folder}/notify"}):
+                station = NewStation()
+            self.addCleanup(station.close)
+            message = manager.recv(4096).decode()
+            self.assertIn("READY=1", message)
+            self.assertIn(f"not set up yet: {station.url}", message)
+            self.assertEqual(station.ask("setup/write", form())[0], 200)
+            self.assertIn("STATUS=serving", manager.recv(4096).decode())
+
+    def test_it_ends_when_it_is_asked_to(self):
+        station = NewStation()
+        self.addCleanup(station.close)
+        self.assertEqual(station.stop(), 0)
+        self.assertFalse(station.file.exists())
+
+    def test_the_template_of_the_package_counts_as_none_and_stays_as_it_is(self):
+        soakd = pathlib.Path(bin_folder()) / "soakd"
+        text = subprocess.run([soakd, "--write-config"], capture_output=True, text=True, check=True).stdout
+        station = NewStation()
+        self.addCleanup(station.close)
+        station.stop()
+        template = station.folder / "etc-station.toml"
+        template.write_text(text, encoding="utf-8")
+        station.start("--config", template)
+        self.assertEqual(station.ask("setup")[1]["file"], str(station.file))
+        self.assertEqual(station.ask("setup/write", form())[0], 200)
+        station.process.stdout.readline()
+        station.stop()
+        self.assertEqual(template.read_text(encoding="utf-8"), text)
+        station.start("--config", template)
+        self.assertEqual(station.ask("status")[0], 200)
+        # Once somebody has edited it, it is the configuration.
+        station.stop()
+        template.write_text(text.replace("[[slot]]", "[[slots]]"), encoding="utf-8")
+        done = subprocess.run([soakd, "--config", template, "--data", station.data], capture_output=True, text=True, timeout=60)
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("slots", done.stderr)
+
+    def test_others_than_this_machine_cannot_set_it_up(self):
+        station = NewStation()
+        self.addCleanup(station.close)
+        station.stop()
+        done = subprocess.run([pathlib.Path(bin_folder()) / "soakd", "--data", station.data, "--listen", "0.0.0.0:0"], capture_output=True, text=True, timeout=60)
+        self.assertEqual((done.returncode, done.stdout), (2, ""))
+        self.assertIn("not set up", done.stderr)
+
+
+@unittest.skipUnless(BROWSER and DRIVER, "skipped: chromium and chromedriver are not installed")
+class OnThePage(WithStation):
+    @classmethod
+    def setUpClass(cls):
+        cls.lab = Laboratory()
+        cls.addClassCleanup(cls.lab.close)
+        cls.browser = Browser()
+        cls.addClassCleanup(cls.browser.close)
+
+    def setUp(self):
+        super().setUp()
+        self.open()
+
+    def open(self, language="en"):
+        self.browser.go("about:blank")
+        self.browser.resize(1280, 900)
+        self.browser.devtools("Network.setUserAgentOverride", userAgent=self.browser.run("return navigator.userAgent"), acceptLanguage=language)
+        self.browser.go(self.station.url)
+        self.browser.wait("return document.querySelectorAll('#chamber-map option').length > 5")
+        self.browser.console()
+
+    def choose(self, field, value):
+        self.browser.click(f"#{field} option[value='{value}']")
+
+    def fill(self, field, text):
+        self.browser.run("document.getElementById(arguments[0]).value = ''", field)
+        self.browser.type(f"#{field}", str(text))
+
+    def see(self, selector, text):
+        self.browser.wait_for_text(selector, text)
+
+    def step(self):
+        return self.browser.run("return document.querySelector('#steps [aria-current]').dataset.step")
+
+    def wait_for_step(self, step):
+        self.browser.wait("return document.querySelector('#steps [aria-current]').dataset.step === arguments[0]", step)
+
+    def enter_chamber(self, port):
+        self.choose("chamber-map", "watlow-f4t.toml")
+        self.fill("chamber-host", "127.0.0.1")
+        self.fill("chamber-port", port)
+
+    def enter_slot(self, port):
+        self.choose("unit_type", "mti-300")
+        self.fill("slots-0-host", "127.0.0.1")
+        self.fill("slots-0-port", port)
+
+    def go_to(self, step):
+        self.browser.click(f"#steps [data-step='{step}']")
+        self.wait_for_step(step)
+
+    def give_power(self):
+        """As somebody at a switch of the laboratory would."""
+        relays = ModbusTcpClient("127.0.0.1", port=self.lab.ports["relay"], timeout=30)
+        self.addCleanup(relays.close)
+        self.assertTrue(relays.connect())
+        self.assertFalse(relays.write_register(0, 1, 1).isError())
+
+    def test_a_technician_sets_the_station_up_by_clicks_and_sees_the_chamber(self):
+        self.enter_chamber(self.lab.ports["chamber"])
+        self.browser.click("#chamber-try")
+        self.see("#chamber-answer", "It answers. The air is at 2")
+        self.browser.click("#next")
+        self.wait_for_step("fixture")
+        self.choose("fixture-kind-choice", "machine")
+        self.choose("fixture-map", "modbus-positioner.toml")
+        self.fill("fixture-host", "127.0.0.1")
+        self.fill("fixture-port", self.lab.ports["fixture"])
+        self.browser.click("#fixture-try")
+        self.see("#fixture-answer", "It answers, and all is as it should be.")
+        self.browser.click("#next")
+        self.wait_for_step("units")
+        self.enter_slot(self.lab.ports["units"][0])
+        self.give_power()
+        self.browser.click("#look")
+        self.see("#slots", SERIAL)
+        self.browser.click("#slots .found button")
+        self.assertEqual(self.browser.run("return document.querySelector('#slots-0-unit').value"), SERIAL)
+        self.browser.click("#next")
+        self.wait_for_step("alarms")
+        self.browser.click("#next")
+        self.wait_for_step("file")
+        self.see("#text", SERIAL)
+        self.fill("user", "Eva")
+        self.browser.wait("return !document.querySelector('#write').disabled")
+        self.assertEqual(self.browser.console(), [])
+        self.browser.click("#write")
+        self.browser.wait("return location.pathname === '/' && document.querySelector('#air')?.innerText.startsWith('2')")
+        chamber = self.station.ask("status")[1]["chamber"]
+        self.assertTrue(chamber["connected"])
+        self.see("#air", f"{chamber['air_c']:.2f}"[:2])
+        config = tomllib.loads(self.station.file.read_text(encoding="utf-8"))
+        self.assertEqual(config["slot"], [{"name": "1", "host": "127.0.0.1", "port": self.lab.ports["units"][0], "decoder": "xsens", "unit": SERIAL, "unit_type": "mti-300"}])
+        self.assertEqual([(event["kind"], event["user"]) for event in self.station.events()], [("station_set_up", "Eva")])
+
+    def test_a_wrong_address_is_told_at_the_field(self):
+        self.enter_chamber(unused_port())
+        self.browser.click("#chamber-try")
+        self.see("#chamber-host-mistake", "onnect")
+        self.assertEqual(self.browser.run("const host = document.querySelector('#chamber-host'); return [host.getAttribute('aria-invalid'), document.activeElement.id]"), ["true", "chamber-host"])
+        self.fill("chamber-port", "many")
+        self.browser.click("#chamber-try")
+        self.see("#chamber-port-mistake", "whole number")
+        self.fill("chamber-port", 70000)
+        self.browser.click("#next")
+        self.see("#chamber-port-mistake", "65535")
+        self.assertEqual(self.step(), "chamber")
+
+    def test_mistakes_of_all_steps_are_listed_at_the_end_and_lead_to_their_fields(self):
+        self.go_to("file")
+        self.see("#mistakes", "Units, Slot 1, Port: Please fill this in.")
+        self.assertTrue(self.browser.run("return document.querySelector('#write').disabled"))
+        self.browser.click("#mistakes li button")
+        self.wait_for_step("chamber")
+        self.assertEqual(self.browser.run("return document.activeElement.id"), "chamber-map")
+
+    def test_a_file_that_is_there_by_then_is_not_written_over(self):
+        self.enter_chamber(5020)
+        self.go_to("units")
+        self.enter_slot(4001)
+        self.go_to("file")
+        self.browser.wait("return !document.querySelector('#write').disabled")
+        self.station.file.write_text("# of somebody else\n", encoding="utf-8")
+        self.browser.click("#write")
+        self.see("#failure", "not written over")
+        self.assertEqual(self.station.file.read_text(encoding="utf-8"), "# of somebody else\n")
+
+    def test_it_is_worked_by_the_keyboard_alone(self):
+        browser = self.browser
+        browser.run("document.querySelector('#chamber-map').focus()")
+        browser.type("#chamber-map", "Watlow F4T")
+        self.fill("chamber-host", "127.0.0.1")
+        browser.press("Enter")
+        self.wait_for_step("fixture")
+        browser.wait("return document.activeElement.id === 'fixture-title'")
+        browser.press("Tab")
+        self.assertEqual(browser.run("return document.activeElement.id"), "fixture-kind-choice")
+
+    def test_slots_come_and_go(self):
+        self.go_to("units")
+        self.browser.click("#slot-more")
+        self.assertEqual(self.browser.run("return [...document.querySelectorAll('#slots legend')].map((one) => one.innerText)"), ["Slot 1", "Slot 2"])
+        self.assertEqual(self.browser.run("return document.activeElement.id"), "slots-1-name")
+        self.browser.click("#slot-less")
+        self.assertEqual(self.browser.run("return [document.querySelectorAll('#slots legend').length, document.querySelector('#slot-less').disabled]"), [1, True])
+
+    def assert_fits(self):
+        for width in (320, 390, 1280):
+            self.browser.resize(width, 900)
+            self.assertLessEqual(self.browser.run("return document.documentElement.scrollWidth"), width)
+
+    def everything(self):
+        """Each step with all the fields that it can have, as (step, its mistakes)."""
+        self.choose("chamber-map", "watlow-f4t.toml")
+        self.choose("chamber-way", "serial")
+        for step in STEPS:
+            self.go_to(step)
+            if step == "fixture":
+                self.choose("fixture-kind-choice", "machine")
+            if step == "units":
+                self.browser.click("#slot-more")
+            if step == "alarms":
+                self.choose("mail-wanted-choice", "yes")
+            if step == "file":
+                self.browser.wait("return document.querySelectorAll('#mistakes li').length > 4")
+            yield step
+
+    def test_in_german_every_word_is(self):
+        self.open("de")
+        for step in self.everything():
+            english = [text for text in self.browser.run(SHOWN) if ENGLISH.search(text)]
+            self.assertEqual(english, [], step)
+            self.assert_fits()
+        self.see("#mistakes", "Prüflinge, Steckplatz 1, Port: Bitte ausfüllen.")
+
+    @unittest.skipUnless(AXE.exists(), "skipped: axe-core is not there; npm ci --ignore-scripts --prefix tests/web brings it")
+    def test_nothing_is_in_the_way_of_anybody_on_any_screen(self):
+        for step in self.everything():
+            self.assert_fits()
+            for width in (390, 1280):
+                self.browser.resize(width, 900)
+                with self.subTest(step=step, width=width):
+                    self.assertEqual(self.browser.run(AXE.read_text(encoding="utf-8") + SERIOUS), [])
+            self.browser.colours("dark")
+            self.assertEqual(self.browser.poor_contrast(), [], step)
+            self.browser.colours("light")
+
+    def test_a_station_that_is_set_up_says_so(self):
+        self.assertEqual(self.station.ask("setup/write", form())[0], 200)
+        self.station.process.stdout.readline()
+        self.browser.go(self.station.url + "setup.html")
+        self.see("#done", "This station is set up already.")
+        self.browser.click("#done a")
+        self.browser.wait("return document.querySelector('#state') !== null")
+
+
+if __name__ == "__main__":
+    unittest.main()

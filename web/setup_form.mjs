@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: Apache-2.0
+// What is entered on the page on which a station is set up, by steps, and the mistakes in it.
+
+import { post } from "./api.mjs";
+import { $, say, show } from "./dom.mjs";
+import { ControllerFields, Field, said, SlotFields } from "./setup_fields.mjs";
+import { SlotLook } from "./slot_look.mjs";
+import { textsOf } from "./text.mjs";
+
+/** @type {typeof import("./text_setup_en.mjs").text} */
+const S = await textsOf("setup");
+
+export const STEPS = ["chamber", "fixture", "units", "alarms", "file"];
+const MOST_SLOTS = 64;
+/** Ports of mail servers where none is entered (docs/station-config.md). */
+const MAIL_PORTS = { starttls: 587, tls: 465, none: 25 };
+/** Protocols by the beginning of the names of types that speak them; the others are of Xsens. */
+const SPEAKS = { vn: "vectornav", ahrs: "ahrs400" };
+
+export class SetupForm {
+  #choices;
+  /** @type {SlotFields[]} */
+  #slots = [];
+  /** @type {{field: string, message: string}[]} mistakes that no field has */
+  #others = [];
+  #slotLook = new SlotLook($("slots"), () => this.#askSlots());
+
+  /** @param {import("./kept_documents.mjs").SetupChoices} choices */
+  constructor(choices) {
+    this.#choices = choices;
+    $("ports").append(...choices.ports.map(({ device, node }) => new Option(node === device ? "" : node, device)));
+    this.chamber = new ControllerFields("chamber", choices.chambers, choices.ports.length);
+    this.fixture = new ControllerFields("fixture", choices.fixtures, choices.ports.length);
+    this.kind = new Field("fixture.kind.choice", S.fixture.kind, { options: { hand: S.fixture.byHand, machine: S.fixture.machine } });
+    this.type = new Field("unit_type", S.units.type, { options: this.#types(), needed: true });
+    this.decoder = new Field("decoder", S.units.decoder, { options: S.units.decoders });
+    this.wanted = new Field("mail.wanted.choice", S.alarms.wanted, { options: { no: S.alarms.no, yes: S.alarms.yes } });
+    const security = new Field("mail.security", S.alarms.security, { options: S.alarms.securities });
+    const port = new Field("mail.port", S.fields.port, { whole: true });
+    const followSecurity = () => port.hint(S.fields.usual(MAIL_PORTS[security.value]));
+    security.input.addEventListener("change", followSecurity);
+    followSecurity();
+    this.mail = [
+      new Field("mail.host", S.alarms.host, { needed: true }), security, port, new Field("mail.from", S.alarms.from, { needed: true }),
+      new Field("mail.to", S.alarms.to, { needed: true, hint: S.alarms.toHint }),
+    ];
+    this.user = new Field("user", S.file.user);
+    const parts = { "chamber-fields": this.chamber.all, "fixture-kind": [this.kind], "fixture-fields": this.fixture.all, "units-fields": [this.type, this.decoder],
+      "mail-wanted": [this.wanted], "mail-fields": this.mail, "user-fields": [this.user] };
+    for (const [id, fields] of Object.entries(parts)) $(id).append(...fields.map(({ node }) => node));
+    this.kind.input.addEventListener("change", () => show($("fixture-part"), this.#hasFixture));
+    this.wanted.input.addEventListener("change", () => show($("mail-part"), this.#hasMail));
+    this.type.input.addEventListener("change", () => this.#followType());
+    $("slot-more").addEventListener("click", () => this.#addSlot().name.input.focus());
+    $("slot-less").addEventListener("click", () => this.#dropSlot());
+    this.#addSlot();
+  }
+
+  #types() {
+    return { "": S.choose, ...Object.fromEntries(this.#choices.types.map(({ name }) => [name, name])) };
+  }
+
+  get #hasFixture() {
+    return this.kind.value === "machine";
+  }
+
+  get #hasMail() {
+    return this.wanted.value === "yes";
+  }
+
+  #followType() {
+    const beginning = Object.keys(SPEAKS).find((name) => this.type.value.startsWith(name));
+    this.decoder.value = beginning ? SPEAKS[beginning] : "xsens";
+    say($("type-about"), this.#choices.types.find(({ name }) => name === this.type.value)?.description ?? "");
+  }
+
+  #addSlot() {
+    const slot = new SlotFields(this.#slots.length, this.#choices.ports.length);
+    slot.unit.input.dataset.slot = slot.name.value;
+    slot.name.input.addEventListener("input", () => {
+      slot.unit.input.dataset.slot = slot.name.value;
+    });
+    this.#slots.push(slot);
+    $("slots").append(slot.node);
+    this.#countSlots();
+    return slot;
+  }
+
+  #dropSlot() {
+    this.#slots.pop()?.node.remove();
+    this.#countSlots();
+  }
+
+  #countSlots() {
+    $("slot-less").disabled = this.#slots.length < 2;
+    $("slot-more").disabled = this.#slots.length >= MOST_SLOTS;
+  }
+
+  /** Those of all slots. */
+  get slotFields() {
+    return this.#slots.flatMap((slot) => slot.all);
+  }
+
+  /** Fields that count, by their steps. */
+  #fieldsOf(step) {
+    switch (step) {
+      case "chamber": return this.chamber.all;
+      case "fixture": return this.#hasFixture ? this.fixture.all : [];
+      case "units": return [this.type, this.decoder, ...this.slotFields];
+      case "alarms": return this.#hasMail ? this.mail : [];
+      default: return [this.user];
+    }
+  }
+
+  /** The body of POST /api/v1/setup/check. */
+  entered() {
+    const mail = Object.assign({}, ...this.mail.map((field) => field.member()));
+    const to = (mail.to ?? "").split(",").map((address) => address.trim()).filter((address) => address !== "");
+    return {
+      chamber: this.chamber.entered(),
+      ...(this.#hasFixture ? { fixture: this.fixture.entered() } : {}),
+      ...(this.#hasMail ? { mail: { ...mail, to } } : {}),
+      unit_type: this.type.value,
+      decoder: this.decoder.value,
+      slots: this.#slots.map((slot) => slot.entered()),
+    };
+  }
+
+  /** Asks the units themselves who they are. */
+  async look() {
+    await this.#slotLook.ask("");
+  }
+
+  async #askSlots() {
+    const { unit_type, decoder, slots } = this.entered();
+    return post("setup/look", { unit_type, decoder, slots });
+  }
+
+  /**
+   * Whether nothing is plainly wrong in these fields; what is stands at them, and the first one is in hand.
+   * @param {Field[]} fields
+   */
+  checkAll(fields) {
+    for (const field of fields) field.clear();
+    const wrong = fields.filter((field) => !field.check());
+    wrong[0]?.input.focus();
+    return wrong.length === 0;
+  }
+
+  /** The field that a member of the body is entered in: its own, or the first of the part that it names. */
+  #fieldOf(name) {
+    const all = STEPS.flatMap((step) => this.#fieldsOf(step));
+    return all.find((field) => field.name === name) ?? all.find((field) => name !== "" && field.name.startsWith(`${name}.`) && !field.node.hidden);
+  }
+
+  /**
+   * Tells the mistakes that the station has found, and those that are plain to see, each at its field.
+   * @param {{field: string, message: string}[]} mistakes
+   * @param {string[]} steps of the others nothing is told: nobody has come to them yet
+   */
+  tell(mistakes, steps) {
+    const fields = steps.flatMap((step) => this.#fieldsOf(step));
+    for (const field of fields) field.clear();
+    this.#others = [];
+    for (const { field: name, message } of mistakes) {
+      const field = this.#fieldOf(name);
+      if (!field) this.#others.push({ field: name, message });
+      else if (fields.includes(field)) field.tell(said(message));
+    }
+    // Last, since these are in the language of the page.
+    for (const field of fields) field.check();
+  }
+
+  /** The same of a command that the station has refused; whether its refusal names a field. */
+  tellRefusal(error) {
+    const field = error.where ? this.#fieldOf(error.where) : undefined;
+    field?.tell(said(error.message));
+    field?.input.focus();
+    return field !== undefined;
+  }
+
+  /** @returns {Field | null} the first field of a step at which a mistake stands */
+  firstMistake(step) {
+    return this.#fieldsOf(step).find(({ input }) => input.hasAttribute("aria-invalid")) ?? null;
+  }
+
+  /** All mistakes that stand at fields, and the others. */
+  faults() {
+    const atFields = STEPS.flatMap((step) => this.#fieldsOf(step).filter(({ input }) => input.hasAttribute("aria-invalid")).map((field) => ({ step, field, parts: field.told() })));
+    return [...atFields, ...this.#others.map(({ message }) => ({ step: "", field: null, parts: [said(message)] }))];
+  }
+}
