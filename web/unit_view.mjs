@@ -53,6 +53,7 @@ export class UnitView {
     if (open?.name !== before?.name || open?.stopped !== before?.stopped) {
       // How many runs there are stays known of one that stops or goes on.
       this.#open = open && { ...open, of: open.name === before?.name ? before.of : null };
+      this.#planned = "";
       this.#offer();
     }
     if (open === null || this.#open.of !== null || status.campaign?.name !== open.name) return;

@@ -485,6 +485,7 @@ class Page(BrowserTest, WithStation):
             if (value?.clock && value.state && window.campaign) Object.assign(value, { state: "running", campaign: { name: window.campaign, procedure: "verification",
               purpose: "verification", run_label: "V02", run: 3, runs: 4, step: 0, steps: 1, step_kind: "record", step_text: "records", step_trouble: null, on_way_back: false,
               progress: 0.5, remaining_s: 100, started_utc_s: 1 } });
+            if (value?.clock && value.state && window.stopped) Object.assign(value, { state: "interrupted", campaign: null, resumable: window.stopped, resumes_by_itself: false });
             return value;
           };
           const ask = window.fetch;
@@ -497,12 +498,17 @@ class Page(BrowserTest, WithStation):
         self.see("#unit-next", "Wait: campaign verification still runs, 1 of 3 check runs recorded.")
         self.see("#unit-campaign", "verification (still running: 1 of 3 runs recorded)")
         self.assertEqual(self.browser.run("const b = document.querySelector('#unit-verify'); return [b.disabled, b.classList.contains('primary')]"), [False, False])
-        self.browser.run("window.campaign = null; window.tell(JSON.stringify({ ...JSON.parse(window.said), resumable: 'verification', resumes_by_itself: false }))")
+        self.browser.run("window.campaign = null; window.stopped = 'verification'; window.tell(window.said)")
         self.see("#unit-next", "Campaign verification has stopped, 1 of 3 check runs recorded: resume it on Station.")
         self.see("#unit-campaign", "verification (stopped: 1 of 3 runs recorded)")
-        self.browser.run("window.tell(window.said)")
+        self.browser.run("window.stopped = null; window.tell(window.said)")
         self.see("#unit-next", "Verify it with a run that the fit has not seen.")
         self.assertTrue(self.browser.run("return document.querySelector('#unit-verify').classList.contains('primary')"))
+        # Who comes after it stopped learns how many runs it has once it goes on.
+        self.browser.run("window.stopped = 'verification'; window.tell(window.said)")
+        self.see("#unit-next", "has stopped, 1 check run recorded")
+        self.browser.run("window.stopped = null; window.campaign = 'verification'; window.tell(window.said)")
+        self.see("#unit-next", "Wait: campaign verification still runs, 1 of 3 check runs recorded.")
 
     def test_what_a_verification_takes_is_a_check_campaign_that_is_over_before_one_that_is_open(self):
         self.browser.go(self.soakd.url)
