@@ -199,9 +199,10 @@ Result<json> answer_fleet(RunArchive& runs, const JobRunner& jobs, const Paramet
   if (auto known = only_parameters(parameters, {"type"}); !known) return base::forward_error(known);
   const auto type = required(parameters, "type", "a type of units, as /api/v1/units gives it");
   if (!type) return base::forward_error(type);
+  const auto newest = jobs.newest_verdicts();
   return fleet_overview(
       {.in_turn = [&](const FleetSources::Work& work) { return runs.in_turn(work); },
-       .verdict = [&](const db::Catalog& catalog, const json& unit) { return verdict_of(catalog, jobs, unit); }},
+       .verdict = [&](const db::Catalog& catalog, const json& unit) { return verdict_of(catalog, newest, unit); }},
       *type);
 }
 
