@@ -9,6 +9,7 @@ import { batchText, messageOf, restOf } from "./batch_words.mjs";
 import { badge } from "./runs_view.mjs";
 import { U } from "./unit_words.mjs";
 import { unitAddress } from "./views.mjs";
+import { openCampaign } from "./words.mjs";
 
 const LOOK_AGAIN_MS = 1000;
 const LOOKS_AT_OTHERS = 10; // every so many times where no job is known to run
@@ -22,6 +23,11 @@ export class BatchCard {
   #can = { fit_all: false, verify_all: false, release_all: false };
   #asked = false; // somebody has asked for a job, and the station has not answered
   #looking = false;
+  #lookAgain = false; // somebody has asked while an answer was under way
+  #picked = false; // somebody has chosen the campaign to verify with
+  #campaigns = []; // those with check runs, the newest first
+  /** @type {ReturnType<typeof openCampaign>} */
+  #open = null; // the campaign that is not over yet
 
   /** `userName()`: who is at the page; `changed()`: models or verdicts are others now. */
   constructor(userName, changed) {
@@ -29,6 +35,9 @@ export class BatchCard {
     this.#changed = changed;
     for (const [kind, button] of Object.entries(BUTTONS)) $(button).addEventListener("click", () => this.#start(kind));
     $("units-cancel").addEventListener("click", () => this.#cancel());
+    $("units-campaign").addEventListener("change", () => {
+      this.#picked = true;
+    });
     let ticks = 0;
     setInterval(() => {
       const isDue = ++ticks % LOOKS_AT_OTHERS === 0; // somebody else may have started one
@@ -47,12 +56,29 @@ export class BatchCard {
     show($("units-batch"), units.length > 0);
     say($("units-to-fit"), `${U.batch.toFit(toFit)} ${U.batch.leftAlone}`);
     say($("units-verified"), U.releaseAll.waiting(verified));
-    const chosen = $("units-campaign").value;
-    $("units-campaign").replaceChildren(...campaigns.map(({ campaign, units: count }) => new Option(U.batch.campaignUnits(campaign, count), campaign)));
-    if (campaigns.some(({ campaign }) => campaign === chosen)) $("units-campaign").value = chosen;
+    this.#campaigns = campaigns;
+    this.#offerCampaigns();
     show($("units-campaign-box"), campaigns.length > 0);
     show($("units-campaign-none"), campaigns.length === 0);
     this.#enable();
+  }
+
+  /** @param {import("./documents.mjs").Status} status of a campaign that is not over, which has more check runs to come */
+  take(status) {
+    const open = openCampaign(status);
+    if (open?.name === this.#open?.name && open?.stopped === this.#open?.stopped) return;
+    this.#open = open;
+    this.#offerCampaigns();
+  }
+
+  /** The newest that is over, unless somebody has chosen another one. */
+  #offerCampaigns() {
+    const names = this.#campaigns.map(({ campaign }) => campaign);
+    const chosen = $("units-campaign").value;
+    const isOpen = (name) => name === this.#open?.name;
+    $("units-campaign").replaceChildren(...this.#campaigns.map(({ campaign, units }) =>
+      new Option(U.batch.campaignUnits(campaign, units, isOpen(campaign) ? this.#open : null), campaign)));
+    $("units-campaign").value = this.#picked && names.includes(chosen) ? chosen : (names.find((name) => !isOpen(name)) ?? names[0] ?? "");
   }
 
   #enable() {
@@ -88,12 +114,16 @@ export class BatchCard {
 
   /** Which job runs, and which was the last. One question that is not answered says nothing about the job. */
   async look() {
+    this.#lookAgain = true;
     if (this.#looking) return;
     this.#looking = true;
-    try {
-      await this.#take((await get("jobs")).jobs);
-    } catch (error) {
-      console.warn("no jobs:", error.message);
+    while (this.#lookAgain) {
+      this.#lookAgain = false;
+      try {
+        await this.#take((await get("jobs")).jobs);
+      } catch (error) {
+        console.warn("no jobs:", error.message);
+      }
     }
     this.#looking = false;
   }

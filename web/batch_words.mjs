@@ -12,6 +12,12 @@ function judgedText(units) {
   return counts.length === 0 ? "" : U.batch.judged(counts.map(([count, title]) => `${count} ${title}`).join(", "));
 }
 
+/** Older results name only the units that were verified. */
+function verifiedText(units, notVerified, skipped) {
+  const counted = [[notVerified.length, U.batch.notVerified], [skipped.length, U.batch.skipped]].filter(([count]) => count > 0);
+  return [judgedText(units), ...counted.map(([count, text]) => text(count))].filter(Boolean).join(" ");
+}
+
 /**
  * One sentence on all units, also of a job that was cut short; "" where it came to none.
  * @param {import("./documents.mjs").Job} job
@@ -20,7 +26,7 @@ export function batchText({ kind, state, result }) {
   const units = result?.units ?? [];
   if (kind === "fit_all" && result === null) return state === "cancelled" ? U.batch.fitCancelled : "";
   if (kind === "fit_all") return U.batch.fitted(countOf(units, "result", "fitted"), countOf(units, "result", "up_to_date"), countOf(units, "result", "failed"));
-  if (kind === "verify_all") return judgedText(units);
+  if (kind === "verify_all") return verifiedText(units, result?.not_verified ?? [], result?.skipped ?? []);
   if (units.length === 0) return "";
   const released = countOf(units, "state", "released");
   return state === "done" ? U.releaseAll.done(released, units.length) : U.releaseAll.cutShort(released, units.length);
@@ -31,7 +37,8 @@ export function batchText({ kind, state, result }) {
  * @param {import("./documents.mjs").Job} job
  */
 export function messageOf({ kind, state, result, message }) {
-  return state === "done" || (kind === "fit_all" && state === "failed" && result !== null) ? null : message;
+  const isListed = state === "failed" && ((kind === "fit_all" && result !== null) || (kind === "verify_all" && result?.not_verified?.length > 0));
+  return state === "done" || isListed ? null : message;
 }
 
 /**
@@ -45,7 +52,12 @@ export function restOf({ kind, result }) {
     return units.filter((unit) => unit.result === "failed").map(({ unit, message }) => ({ unit, parts: [U.batch.why(null), { english: message }] }));
   }
   if (kind === "verify_all") {
-    return units.filter(({ verdict }) => verdict !== "pass").map(({ unit, model, verdict }) => ({ unit, parts: [`${U.batch.why(model)}${verdictOf(verdict).title}`] }));
+    const because = (text) => ({ unit, message }) => ({ unit, parts: [text, { english: message }] });
+    return [
+      ...(result?.not_verified ?? []).map(because(U.batch.whyNotVerified)),
+      ...units.filter(({ verdict }) => verdict !== "pass").map(({ unit, model, verdict }) => ({ unit, parts: [`${U.batch.why(model)}${verdictOf(verdict).title}`] })),
+      ...(result?.skipped ?? []).map(because(U.batch.whySkipped)),
+    ];
   }
   return units.filter(({ obstacles }) => obstacles.length > 0).map(({ unit, model, state, obstacles }) => ({
     unit, parts: [state === "released" ? U.releaseAll.againstTheRule(model) : U.releaseAll.notReleased(model), { english: obstacles.join("; ") }],

@@ -6,7 +6,7 @@ import { $, element, say, show, tell } from "./dom.mjs";
 import { clock } from "./format.mjs";
 import { endedText, madeFrom, runningText, verbOf } from "./job_words.mjs";
 import { badge } from "./runs_view.mjs";
-import { nextOf, U } from "./unit_words.mjs";
+import { campaignToVerifyWith, nextOf, U } from "./unit_words.mjs";
 
 const LOOK_AGAIN_MS = 1000;
 const LOOKS_AT_OTHERS = 10; // every so many times where no job is known to run
@@ -24,6 +24,7 @@ export class JobPanel {
   #ended = []; // those of this unit that are shown
   #shown = null; // which these are, as text; null before the first look
   #ofAll = null; // the last job that ended and was of all units; null before the first look
+  #picked = false; // somebody has chosen the campaign to verify with
   #ticked = ""; // which model the tick of simulated data is about
   #lines = ""; // the same, with the models that they were made from
   #looking = false;
@@ -44,6 +45,9 @@ export class JobPanel {
       this.#showVersions();
       this.#enable();
     });
+    $("unit-campaign").addEventListener("change", () => {
+      this.#picked = true;
+    });
     $("unit-version").addEventListener("change", () => {
       this.#showSimulated();
       this.#enable();
@@ -61,6 +65,7 @@ export class JobPanel {
 
   open(serial) {
     this.#serial = serial;
+    this.#picked = false;
     this.#ended = [];
     this.#shown = null;
     this.#lines = "";
@@ -85,15 +90,18 @@ export class JobPanel {
     this.#enable();
   }
 
-  /** Those that a fit has seen stand there, too, so that nobody looks for them in vain. */
+  /** Those that a fit has seen stand there, too, so that nobody looks for them in vain. What somebody has chosen stays chosen. */
   #offerCampaigns({ model, verify_with: fresh, fitted_to: fitted }, open) {
     const chosen = $("unit-campaign").value;
     const option = (text, value, disabled) => Object.assign(element("option", text), { value, disabled });
     $("unit-campaign").replaceChildren(
       ...fresh.map(({ campaign, runs, purpose }) =>
-        option(campaign === open?.name ? U.jobs.campaignOpen(campaign, runs, open.of) : U.jobs.campaignRuns(campaign, runs, purpose), campaign, false)),
+        option(campaign === open?.name ? U.jobs.campaignOpen(campaign, runs, open, purpose) : U.jobs.campaignRuns(campaign, runs, purpose), campaign, false)),
       ...fitted.map(({ campaign, runs }) => option(U.jobs.campaignRuns(campaign, runs, "fitted"), campaign, true)));
-    if (fresh.some(({ campaign }) => campaign === chosen)) $("unit-campaign").value = chosen;
+    const isThere = fresh.some(({ campaign }) => campaign === chosen);
+    const own = campaignToVerifyWith(fresh, open)?.campaign ?? null;
+    if (this.#picked && isThere) $("unit-campaign").value = chosen;
+    else if (own !== null) $("unit-campaign").value = own;
     $("unit-campaign").disabled = fresh.length === 0;
     show($("unit-campaign-none"), model !== null && fresh.length === 0);
   }

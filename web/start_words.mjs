@@ -34,7 +34,9 @@ function diskText({ needed_bytes, free_bytes }) {
 function firstSentence(description, most) {
   const [sentence] = description.trim().replace(/\s+/g, " ").split(/(?<=[.:;]) /);
   const text = sentence.replace(/[.:;]$/, "");
-  return text.length <= most ? text : `${text.slice(0, text.lastIndexOf(" ", most)).replace(/[,:;]$/, "")}…`;
+  if (text.length <= most) return text;
+  const end = text.lastIndexOf(" ", most);
+  return `${text.slice(0, end > 0 ? end : most).replace(/[,:;]$/, "")}…`; // one long word is cut where it is too long
 }
 
 const MOST_OF_DESCRIPTION = 90; // characters

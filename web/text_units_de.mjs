@@ -12,6 +12,9 @@ function sensorName(sensor) {
   return Object.hasOwn(KINDS, kind) ? `${KINDS[kind]} ${axis}` : sensor;
 }
 
+/** What the runs of a campaign are to a model, behind their number. */
+const USES = { verification: "", calibration: ", Kalibrierung: geht in die nächste Anpassung ein", fitted: ", Kalibrierung: das Modell wurde daran angepasst" };
+
 /** @type {typeof import("./text_units_en.mjs").text} */
 export const text = {
   list: {
@@ -67,6 +70,8 @@ export const text = {
     withdrawn: "Neu anpassen: Daten dieses Modells wurden für ungültig erklärt.",
     verify: "Mit einem Lauf verifizieren, den die Anpassung nicht gesehen hat.",
     checkRuns: (campaign, runs, of) => `Warten: Kampagne ${campaign} läuft noch, ${runs}${of === null ? "" : ` von ${of}`} ${plural(of ?? runs, { one: "Lauf", other: "Läufen" })} zur Verifizierung aufgezeichnet. „Verifizieren“ unten nimmt die, die da sind.`,
+    checkStopped: (campaign, runs, of) => `Kampagne ${campaign} ist angehalten, ${runs}${of === null ? "" : ` von ${of}`} ${plural(of ?? runs, { one: "Lauf", other: "Läufen" })} zur Verifizierung aufgezeichnet: auf der Seite Station fortsetzen. „Verifizieren“ unten nimmt die, die da sind.`,
+    toStation: "Station",
     recordFresh: "Mit einem Prüfablauf zur Verifizierung einen Lauf aufzeichnen, den die Anpassung nicht gesehen hat, dann verifizieren.",
     newCampaign: "Neue Kampagne",
     how: "Wie?",
@@ -99,12 +104,17 @@ export const text = {
     leftAlone: "Wo es nichts Neues gibt, bleibt alles, wie es ist.",
     verify: "Alle verifizieren",
     campaign: "Kampagne, die keine Anpassung gesehen hat",
-    noCampaign: "Keine Kampagne mit einem Prüfablauf zur Verifizierung ist aufgezeichnet.",
-    campaignUnits: (campaign, count) => `${campaign} (${plural(count, { one: `${count} Prüfling`, other: `${count} Prüflinge` })})`,
+    noCampaign: "Kein Prüfling, der ein Modell hat, hat einen Lauf mit einem Prüfablauf zur Verifizierung.",
+    campaignUnits: (campaign, count, open = null) =>
+      `${campaign} (${plural(count, { one: `${count} Prüfling`, other: `${count} Prüflinge` })}${open === null ? "" : open.stopped ? ", vor dem Ende angehalten" : ", läuft noch"})`,
     last: (job) => `Zuletzt: ${job}`,
     fitted: (fitted, same, failed) => `${fitted} angepasst, ${same} ohne Neues, ${failed} nicht angepasst.`,
     fitCancelled: "Was davor angepasst wurde, ist gespeichert; „Alle anpassen“ macht mit den anderen weiter.",
     judged: (counts) => `Beurteilt: ${counts}.`,
+    notVerified: (count) => plural(count, { one: `${count} Prüfling konnte nicht verifiziert werden.`, other: `${count} Prüflinge konnten nicht verifiziert werden.` }),
+    skipped: (count) => plural(count, { one: `${count} Prüfling wurde ausgelassen.`, other: `${count} Prüflinge wurden ausgelassen.` }),
+    whyNotVerified: ", nicht verifiziert: ",
+    whySkipped: ", ausgelassen: ",
     why: (version) => (version === null ? ": " : `, Modell ${version}: `),
   },
   releaseAll: {
@@ -119,9 +129,9 @@ export const text = {
     title: "Aufträge",
     campaign: "Kampagne, die die Anpassung nicht gesehen hat",
     noCampaign: "Es gibt keine: Jeder Lauf steckt im Modell. Einen in einer eigenen Kampagne aufzeichnen.",
-    campaignRuns: (campaign, count, use) => `${campaign} (${plural(count, { one: `${count} Lauf`, other: `${count} Läufe` })}${
-      { verification: "", calibration: ", Kalibrierung: geht in die nächste Anpassung ein", fitted: ", Kalibrierung: das Modell wurde daran angepasst" }[use]})`,
-    campaignOpen: (campaign, count, of) => `${campaign} (läuft noch: ${of === null ? plural(count, { one: `${count} Lauf`, other: `${count} Läufe` }) : `${count} von ${of} Läufen`} aufgezeichnet)`,
+    campaignRuns: (campaign, count, use) => `${campaign} (${plural(count, { one: `${count} Lauf`, other: `${count} Läufe` })}${USES[use]})`,
+    campaignOpen: (campaign, count, { of, stopped }, use) =>
+      `${campaign} (${stopped ? "angehalten" : "läuft noch"}: ${of === null ? plural(count, { one: `${count} Lauf`, other: `${count} Läufe` }) : `${count} von ${of} Läufen`} aufgezeichnet${USES[use]})`,
     format: "Dateiformat",
     version: "Modell",
     newestVersion: (version) => `${version}, das neueste`,

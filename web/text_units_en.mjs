@@ -3,6 +3,9 @@
 
 import { plural } from "./format.mjs";
 
+/** What the runs of a campaign are to a model, behind their number. */
+const USES = { verification: "", calibration: ", calibration: the next fit takes it", fitted: ", calibration: the model was fitted to it" };
+
 export const text = {
   list: {
     title: "Units",
@@ -57,6 +60,9 @@ export const text = {
     verify: "Verify it with a run that the fit has not seen.",
     /** @type {(campaign: string, runs: number, of: number | null) => string} */
     checkRuns: (campaign, runs, of) => `Wait: campaign ${campaign} still runs, ${runs}${of === null ? "" : ` of ${of}`} check ${plural(of ?? runs, { one: "run", other: "runs" })} recorded. Verify below uses those that are there.`,
+    /** @type {(campaign: string, runs: number, of: number | null) => string} the same of one that somebody has to resume */
+    checkStopped: (campaign, runs, of) => `Campaign ${campaign} has stopped, ${runs}${of === null ? "" : ` of ${of}`} check ${plural(of ?? runs, { one: "run", other: "runs" })} recorded: resume it on Station. Verify below uses those that are there.`,
+    toStation: "Station",
     recordFresh: "Record a run that the fit has not seen with a verification procedure, then verify it.",
     newCampaign: "New campaign",
     how: "How",
@@ -90,13 +96,20 @@ export const text = {
     leftAlone: "Those with nothing new are left alone.",
     verify: "Verify all",
     campaign: "Campaign that no fit has seen",
-    noCampaign: "No campaign with a verification procedure is recorded.",
-    campaignUnits: (campaign, count) => `${campaign} (${plural(count, { one: `${count} unit`, other: `${count} units` })})`,
+    noCampaign: "No unit that has a model has a run with a verification procedure.",
+    /** `open`: null: it is over; else whether it has `stopped` before its end. */
+    campaignUnits: (campaign, count, open = null) =>
+      `${campaign} (${plural(count, { one: `${count} unit`, other: `${count} units` })}${open === null ? "" : open.stopped ? ", stopped before its end" : ", still running"})`,
     last: (job) => `Last: ${job}`,
     /** What became of a fit, after how many units. */
     fitted: (fitted, same, failed) => `${fitted} fitted, ${same} with nothing new, ${failed} not fitted.`,
     fitCancelled: "What was fitted before that is stored; Fit all goes on with the others.",
     judged: (counts) => `Judged: ${counts}.`,
+    notVerified: (count) => plural(count, { one: `${count} unit could not be verified.`, other: `${count} units could not be verified.` }),
+    skipped: (count) => plural(count, { one: `${count} unit was left out.`, other: `${count} units were left out.` }),
+    /** Behind the serial number, before the reason. */
+    whyNotVerified: ", not verified: ",
+    whySkipped: ", left out: ",
     why: (version) => (version === null ? ": " : `, model ${version}: `),
   },
   releaseAll: {
@@ -113,10 +126,10 @@ export const text = {
     campaign: "Campaign that the fit has not seen",
     noCampaign: "There is none: every run is in the model. Record one in a campaign of its own.",
     /** `use`: "verification"; "calibration", not fitted yet; "fitted". */
-    campaignRuns: (campaign, count, use) => `${campaign} (${plural(count, { one: `${count} run`, other: `${count} runs` })}${
-      { verification: "", calibration: ", calibration: the next fit takes it", fitted: ", calibration: the model was fitted to it" }[use]})`,
-    /** A campaign of which more runs will come; `of`: how many it has, null: not known. */
-    campaignOpen: (campaign, count, of) => `${campaign} (still running: ${of === null ? plural(count, { one: `${count} run`, other: `${count} runs` }) : `${count} of ${of} runs`} recorded)`,
+    campaignRuns: (campaign, count, use) => `${campaign} (${plural(count, { one: `${count} run`, other: `${count} runs` })}${USES[use]})`,
+    /** A campaign of which more runs will come; `of`: how many it has, null: not known; `stopped`: somebody has to resume it. */
+    campaignOpen: (campaign, count, { of, stopped }, use) =>
+      `${campaign} (${stopped ? "stopped" : "still running"}: ${of === null ? plural(count, { one: `${count} run`, other: `${count} runs` }) : `${count} of ${of} runs`} recorded${USES[use]})`,
     format: "Format",
     version: "Model",
     newestVersion: (version) => `${version}, the newest`,

@@ -10,7 +10,7 @@ import { RepairDialog } from "./repair_dialog.mjs";
 import { badge } from "./runs_view.mjs";
 import { sensorCard } from "./unit_curves.mjs";
 import { badgesOf, nextOf, sensorText, sortedWarnings, U, verdictNow, verdictOf, verdictText } from "./unit_words.mjs";
-import { isActive, recordedNow } from "./words.mjs";
+import { openCampaign, recordedNow } from "./words.mjs";
 
 const PARTS = ["unit-repair", "unit-verdict", "unit-next-box", "unit-facts", "unit-work", "unit-warnings-card", "unit-impact", "unit-gap", "unit-curves"];
 
@@ -21,6 +21,7 @@ export class UnitView {
   #recorded = null; // what was recorded when the last status came
   /** @type {import("./unit_words.mjs").OpenCampaign | null} */
   #open = null; // the campaign that is not over yet
+  #planned = ""; // for which state of which campaign the plan was asked
   #repair;
   #gap;
   #jobs;
@@ -47,15 +48,22 @@ export class UnitView {
 
   /** A campaign that is under way, or can be resumed, has more runs to come. */
   async #heed(status) {
-    const name = isActive(status) ? (status.campaign?.name ?? null) : status.resumable;
-    if (name === (this.#open?.name ?? null)) return;
-    this.#open = name === null ? null : { name, of: null };
-    this.#offer();
-    if (status.campaign?.name !== name || name === null) return;
+    const open = openCampaign(status);
+    const before = this.#open;
+    if (open?.name !== before?.name || open?.stopped !== before?.stopped) {
+      // How many runs there are stays known of one that stops or goes on.
+      this.#open = open && { ...open, of: open.name === before?.name ? before.of : null };
+      this.#planned = "";
+      this.#offer();
+    }
+    if (open === null || this.#open.of !== null || status.campaign?.name !== open.name) return;
+    const about = `${open.name} ${recordedNow(status)}`;
+    if (about === this.#planned) return; // asked for already
+    this.#planned = about;
     try {
       const plan = await get("plan");
-      if (plan === null || this.#open?.name !== name) return;
-      this.#open = { name, of: plan.runs.filter(({ preflight }) => !preflight).length };
+      if (plan === null || this.#open?.name !== open.name) return;
+      this.#open = { ...this.#open, of: plan.runs.filter(({ preflight }) => !preflight).length };
       this.#offer();
     } catch (error) {
       console.warn("no plan:", error.message); // how many runs there will be is not told

@@ -81,7 +81,35 @@ function nextOfPassed(unit) {
   return { kind: null, text: isGapOpen(unit) ? U.next.gapOpen : U.next.nothing };
 }
 
-/** @typedef {{name: string, of: number | null}} OpenCampaign a campaign of which more runs will come; `of`: how many it has in all, if that is known */
+/**
+ * @typedef {object} OpenCampaign a campaign of which more runs will come
+ * @property {string} name
+ * @property {number | null} of how many runs it has in all, if that is known
+ * @property {boolean} stopped somebody has to resume it
+ */
+
+/**
+ * The campaign that a verification takes where nobody chooses: one for verification before one for calibration, and of
+ * either one that is over before one that is open. Null where there is none.
+ * @param {import("./documents.mjs").Unit["verify_with"]} campaigns the newest of each purpose first
+ * @param {OpenCampaign | null} open
+ */
+export function campaignToVerifyWith(campaigns, open) {
+  const isOver = ({ campaign }) => campaign !== open?.name;
+  const checks = campaigns.filter(({ purpose }) => purpose === "verification");
+  const of = checks.length > 0 ? checks : campaigns;
+  return of.find(isOver) ?? of[0] ?? null;
+}
+
+/**
+ * While the check campaign itself is open.
+ * @param {{campaign: string, runs: number}} recorded
+ * @param {OpenCampaign} open
+ */
+function nextOfOpen({ campaign, runs }, { of, stopped }) {
+  if (!stopped) return { kind: null, text: U.next.checkRuns(campaign, runs, of) };
+  return { kind: null, text: U.next.checkStopped(campaign, runs, of), link: { text: U.next.toStation, address: "#station" } };
+}
 
 /**
  * What is to be done next: {kind, text, why, link}; `kind` of the job that does it, null where none does; `why`: in the station's words; `link`: {text, address} of
@@ -99,8 +127,8 @@ export function nextOf(unit, open = null) {
   if (unit.warnings.some(({ code }) => code === "voided_since")) return { kind: "fit", text: U.next.withdrawn };
   const verdict = verdictNow(unit);
   if (verdict === null && verify_with.length > 0) {
-    const coming = verify_with.every(({ campaign }) => campaign === open?.name) ? verify_with[0] : null;
-    return coming && open ? { kind: null, text: U.next.checkRuns(coming.campaign, coming.runs, open.of) } : { kind: "verify", text: U.next.verify };
+    const chosen = campaignToVerifyWith(verify_with, open);
+    return open && chosen?.campaign === open.name && chosen.purpose === "verification" ? nextOfOpen(chosen, open) : { kind: "verify", text: U.next.verify };
   }
   if (verdict === null) return { kind: null, text: U.next.recordFresh, link: { text: U.next.newCampaign, address: "#station" } };
   if (verdict === "fail") return { kind: "report", text: U.next.fail };

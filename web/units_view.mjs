@@ -32,6 +32,7 @@ export class UnitsView {
   take(status) {
     const before = this.#recorded;
     this.#recorded = recordedNow(status);
+    this.#batch.take(status);
     if (before !== null && before !== this.#recorded && !$("units-view").hidden) this.#load();
   }
 

@@ -20,6 +20,16 @@ export const isActive = (status) => ACTIVE.includes(status.state);
 export const isOver = ({ state, campaign, resumable }) => ["finished", "aborted"].includes(state) && campaign !== null && resumable === null;
 
 /**
+ * The campaign of which more runs will come: that which is under way, or that which has stopped and can be resumed.
+ * @param {import("./documents.mjs").Status} status
+ * @returns {{name: string, stopped: boolean} | null} `stopped`: somebody has to resume it
+ */
+export function openCampaign(status) {
+  const name = isActive(status) ? (status.campaign?.name ?? null) : status.resumable;
+  return name === null ? null : { name, stopped: !isActive(status) && !status.resumes_by_itself };
+}
+
+/**
  * What is other once a run has ended, and the same whether or not somebody is asked for something meanwhile.
  * @param {import("./documents.mjs").Status} status
  */

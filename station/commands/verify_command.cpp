@@ -3,6 +3,8 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cstdint>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -32,6 +34,7 @@ struct VerifyCommand final : CatalogCommand {
   bool all = false;  ///< those of all units of the campaign
   std::string campaign;
   std::string limits_file;  ///< empty = limits of the unit's type
+  std::string keep;         ///< of all: results are appended to it as they are known; empty = nowhere
 
   void declare(OptionList& options) override;
   base::Status run_with(db::Catalog& catalog, Output& output) override;
@@ -47,6 +50,12 @@ void VerifyCommand::declare(OptionList& options) {
   options.add("--campaign NAME", &campaign, "Campaign of the fresh runs").required();
   options.add("--limits FILE", &limits_file,
               "Limits per sensor (TOML; default: those of the unit's type); without limits the verdict is 'info'");
+  options
+      .add("--keep FILE", &keep,
+           "Append to FILE what becomes of each unit as soon as it is known, a JSON document a line: it is left when "
+           "the "
+           "command is killed")
+      .needs("--all");
 }
 
 /// Those of the file that the user names, else of the unit's type.
@@ -122,68 +131,140 @@ base::Status verify_one(db::Catalog& catalog, const VerifyCommand& command, Outp
   return base::fail(base::ErrorKind::limits, "the unit exceeds its limits", calibration->unit);
 }
 
-base::Result<std::vector<std::string>> units_of_campaign(const db::Catalog& catalog, const std::string& campaign) {
+/// Why a unit with runs in the campaign is left out: it cannot be verified as it is, and that is no mistake. Empty: it
+/// is not.
+base::Result<std::string> why_skipped(const db::Catalog& catalog, const std::string& serial,
+                                      const std::vector<db::RunRow>& runs) {
+  const auto unit = catalog.unit(serial);
+  if (!unit) return base::forward_error(unit);
+  const auto model = catalog.model(serial);
+  if (!model) return base::forward_error(model);
+  if (!*model) return std::string("it has no model yet");
+  if ((*model)->epoch != (*unit)->epoch) return std::string("it was repaired or changed after its newest model");
+  const bool is_of_now = std::ranges::any_of(
+      runs, [&](const db::RunRow& run) { return run.unit == serial && run.epoch == (*unit)->epoch; });
+  return std::string(is_of_now ? "" : "it was repaired or changed after its runs in the campaign");
+}
+
+base::Result<std::vector<db::RunRow>> runs_of_campaign(const db::Catalog& catalog, const std::string& campaign) {
   if (auto known = check_campaign_known(catalog, campaign); !known) return base::forward_error(known);
-  const auto runs = catalog.runs({.unit = {}, .campaign = campaign, .run = {}});
-  if (!runs) return base::forward_error(runs);
+  return catalog.runs({.unit = {}, .campaign = campaign, .run = {}});
+}
+
+std::vector<std::string> units_of(const std::vector<db::RunRow>& runs) {
   std::vector<std::string> units;
-  for (const db::RunRow& run : *runs) units.push_back(run.unit);
+  for (const db::RunRow& run : runs) units.push_back(run.unit);
   std::ranges::sort(units);
   units.erase(std::unique(units.begin(), units.end()), units.end());
   return units;
 }
 
-/// Those that could not be compared come before those that fail: nothing is known of them.
-base::Status status_of_all(const std::vector<base::Error>& failures, const std::vector<std::string>& failed,
-                           std::size_t units) {
-  if (!failures.empty()) {
-    std::string message = fmt::format("{} of {} units could not be verified:", failures.size(), units);
-    for (const base::Error& error : failures) {
-      message += fmt::format("\n  {}: {}", error.where, error.message);
-    }
-    return base::fail(failures.front().kind, std::move(message));
+/// What became of all units.
+class AllJudged {
+ public:
+  /// `kept`: each result is appended to this file as it is known, a JSON document a line; empty: to none.
+  AllJudged(Output& output, const std::string& kept) : output_(output) {
+    if (!kept.empty()) kept_.open(kept, std::ios::app);
   }
-  if (failed.empty()) return {};
-  return base::fail(base::ErrorKind::limits, fmt::format("{} of {} units exceed their limits: {}", failed.size(), units,
-                                                         fmt::join(failed, ", ")));
+
+  /// Whether what is to be kept can be written.
+  [[nodiscard]] bool keeps() const { return kept_.good(); }
+  void judged(const Judged& one, std::int32_t version) {
+    const auto& [judgement, stored, document] = one;
+    const std::string unit = document.at("unit");
+    const calib::Verdict verdict = judgement.verification.verdict;
+    if (verdict == calib::Verdict::fail) failed_.push_back(unit);
+    table_.push_back({unit, std::to_string(version), std::string(calib::name_of(verdict)), stored.state,
+                      judgement.limits.source.value_or("none")});
+    add("units", document);
+  }
+  void skipped(const std::string& unit, const std::string& why) {
+    if (!output_.json()) output_.note(fmt::format("{}: left out: {}", unit, why));
+    add("skipped", {{"unit", unit}, {"message", why}});
+  }
+  void not_verified(const std::string& unit, base::Error error) {
+    add("not_verified", {{"unit", unit}, {"message", error.message}});
+    error.where = error.where.empty() ? unit : fmt::format("{}, {}", unit, error.where);
+    failures_.push_back(std::move(error));
+  }
+
+  [[nodiscard]] base::Status print() const {
+    if (output_.json()) return output_.print_json(document_);
+    output_.print(text_table(table_));
+    return {};
+  }
+  /// Those that could not be compared come before those that fail: nothing is known of them.
+  [[nodiscard]] base::Status status() const {
+    const std::size_t units = failures_.size() + document_["units"].size();
+    if (!failures_.empty()) {
+      std::string message = fmt::format("{} of {} units could not be verified:", failures_.size(), units);
+      for (const base::Error& error : failures_) message += fmt::format("\n  {}: {}", error.where, error.message);
+      return base::fail(failures_.front().kind, std::move(message));
+    }
+    if (units == 0 && !document_["skipped"].empty()) {
+      return base::bad_input("no unit of the campaign can be verified as it is: each has no model, or was repaired");
+    }
+    if (failed_.empty()) return {};
+    return base::fail(base::ErrorKind::limits, fmt::format("{} of {} units exceed their limits: {}", failed_.size(),
+                                                           units, fmt::join(failed_, ", ")));
+  }
+
+ private:
+  void add(const char* list, nlohmann::json entry) {
+    if (kept_.is_open()) {
+      const nlohmann::json line = {{list, entry}};
+      kept_ << line.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) << '\n' << std::flush;
+    }
+    document_[list].push_back(std::move(entry));
+  }
+
+  Output& output_;
+  std::ofstream kept_;
+  nlohmann::json document_ = {{"units", nlohmann::json::array()},
+                              {"skipped", nlohmann::json::array()},
+                              {"not_verified", nlohmann::json::array()}};
+  std::vector<std::vector<std::string>> table_ = {{"unit", "model", "verdict", "state", "limits"}};
+  std::vector<base::Error> failures_;
+  std::vector<std::string> failed_;
+};
+
+/// One unit of all: an error is about this one only.
+base::Status verify_one_of_all(db::Catalog& catalog, const VerifyCommand& command, const std::string& unit,
+                               const std::vector<db::RunRow>& runs, AllJudged& all, Output& output) {
+  const auto why = why_skipped(catalog, unit, runs);
+  if (!why) return base::forward_error(why);
+  if (!why->empty()) {
+    all.skipped(unit, *why);
+    return {};
+  }
+  const auto calibration = newest_of(catalog, unit);
+  if (!calibration) return base::forward_error(calibration);
+  const auto judged = judge(catalog, command, *calibration, output);
+  if (!judged) return base::forward_error(judged);
+  all.judged(*judged, calibration->model_version);
+  return {};
 }
 
 base::Status verify_all(db::Catalog& catalog, const VerifyCommand& command, Output& output) {
-  const auto units = units_of_campaign(catalog, command.campaign);
-  if (!units) return base::forward_error(units);
-  nlohmann::json documents = nlohmann::json::array();
-  std::vector<std::vector<std::string>> table = {{"unit", "model", "verdict", "state", "limits"}};
-  std::vector<base::Error> failures;
-  std::vector<std::string> failed;
+  const auto runs = runs_of_campaign(catalog, command.campaign);
+  if (!runs) return base::forward_error(runs);
+  const auto units = units_of(*runs);
+  AllJudged all(output, command.keep);
+  if (!all.keeps()) return base::fail(base::ErrorKind::internal, "cannot be written", command.keep);
   base::Status ended;
   const auto progress = output.progress("verifying");
-  for (std::size_t i = 0; i < units->size(); ++i) {
-    if (!progress(static_cast<double>(i) / static_cast<double>(units->size()))) {
+  for (std::size_t i = 0; i < units.size(); ++i) {
+    if (!progress(static_cast<double>(i) / static_cast<double>(units.size()))) {
       ended = base::fail(base::ErrorKind::internal, "interrupted; the verdicts so far are stored", "verify");
       break;
     }
-    const auto calibration = newest_of(catalog, (*units)[i]);
-    auto judged = calibration ? judge(catalog, command, *calibration, output) : base::forward_error(calibration);
-    if (!judged) {
-      base::Error error = judged.error();
-      error.where = error.where.empty() ? (*units)[i] : fmt::format("{}, {}", (*units)[i], error.where);
-      failures.push_back(std::move(error));
-      continue;
+    if (auto one = verify_one_of_all(catalog, command, units[i], *runs, all, output); !one) {
+      all.not_verified(units[i], one.error());
     }
-    auto& [judgement, stored, document] = *judged;
-    const calib::Verdict verdict = judgement.verification.verdict;
-    if (verdict == calib::Verdict::fail) failed.push_back((*units)[i]);
-    documents.push_back(std::move(document));
-    table.push_back({(*units)[i], std::to_string(calibration->model_version), std::string(calib::name_of(verdict)),
-                     stored.state, judgement.limits.source.value_or("none")});
   }
   output.end_progress();
-  if (output.json()) {
-    if (auto printed = output.print_json({{"units", std::move(documents)}}); !printed) return printed;
-  } else {
-    output.print(text_table(table));
-  }
-  return ended ? status_of_all(failures, failed, units->size()) : ended;
+  if (auto printed = all.print(); !printed) return printed;
+  return ended ? all.status() : ended;
 }
 
 base::Status VerifyCommand::run_with(db::Catalog& catalog, Output& output) {

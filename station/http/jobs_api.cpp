@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <limits>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -101,9 +102,10 @@ Result<json> release_part(const db::Catalog& catalog, const json& unit) {
               {"expires", release->expires_utc_s ? json(iso_date(*release->expires_utc_s)) : json()}};
 }
 
-/// The verdict that holds for a unit; null where there is none.
-Result<json> verdict_of(const db::Catalog& catalog, const JobRunner& jobs, const json& unit) {
-  auto part = kept_part(catalog, jobs.newest(unit["unit"], "verify"), unit);
+/// The verdict that holds for a unit; null where there is none. `newest`: the newest verification of each unit.
+Result<json> verdict_of(const db::Catalog& catalog, const std::map<std::string, json>& newest, const json& unit) {
+  const auto own = newest.find(unit["unit"].get<std::string>());
+  auto part = kept_part(catalog, own == newest.end() ? json() : own->second, unit);
   if (!part) return part;
   const bool holds = part->is_object() && (*part)["stale"].is_null();
   return holds ? (*part)["job"]["result"].value("verdict", json()) : json();
@@ -114,8 +116,9 @@ Result<json> answer_units(RunArchive& runs, const JobRunner& jobs, const Paramet
   return runs.in_turn([&](const db::Catalog& catalog) -> Result<json> {
     auto list = units_overview(catalog);
     if (!list) return list;
+    const auto newest = jobs.newest_verdicts();
     for (json& unit : (*list)["units"]) {
-      auto verdict = verdict_of(catalog, jobs, unit);
+      auto verdict = verdict_of(catalog, newest, unit);
       if (!verdict) return verdict;
       unit["verdict"] = *std::move(verdict);
     }
@@ -196,9 +199,10 @@ Result<json> answer_fleet(RunArchive& runs, const JobRunner& jobs, const Paramet
   if (auto known = only_parameters(parameters, {"type"}); !known) return base::forward_error(known);
   const auto type = required(parameters, "type", "a type of units, as /api/v1/units gives it");
   if (!type) return base::forward_error(type);
+  const auto newest = jobs.newest_verdicts();
   return fleet_overview(
       {.in_turn = [&](const FleetSources::Work& work) { return runs.in_turn(work); },
-       .verdict = [&](const db::Catalog& catalog, const json& unit) { return verdict_of(catalog, jobs, unit); }},
+       .verdict = [&](const db::Catalog& catalog, const json& unit) { return verdict_of(catalog, newest, unit); }},
       *type);
 }
 

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "base/text.h"
@@ -97,9 +98,11 @@ base::Status check_of_all(const db::Catalog& catalog, const JobRequest& request)
   return base::bad_input("the campaign of the fresh runs is missing, or there is none of that name", "campaign");
 }
 
-JobCommand command_of_all(const JobRequest& request) {
+JobCommand command_of_all(const JobRequest& request, const std::filesystem::path& folder) {
   if (request.kind == kFitAll) return {{"fit", "--all", "--brief"}, ""};
-  if (request.kind == kVerifyAll) return {{"verify", "--all", "--campaign=" + request.campaign}, ""};
+  if (request.kind == kVerifyAll) {
+    return {{"verify", "--all", "--campaign=" + request.campaign, "--keep=" + (folder / kKeptVerdicts).string()}, ""};
+  }
   return {{"release", "--all"}, ""};
 }
 
@@ -168,7 +171,7 @@ base::Result<JobCommand> job_command(const db::Catalog& catalog, const JobReques
   const auto output = [&](const std::string& name) { return "--output=" + (folder / name).string(); };
   const std::string stem = plain_file_name(request.unit.substr(0, kLongestStem));
   if (request.kind == "fit" || request.kind == "release") return JobCommand{{request.kind, unit}, ""};
-  if (is_of_all(request.kind)) return command_of_all(request);
+  if (is_of_all(request.kind)) return command_of_all(request, folder);
   if (request.kind == "report") {
     const std::string name = stem + ".html";
     return JobCommand{{"report", unit, output(name)}, name};
@@ -248,6 +251,19 @@ std::string job_message(const ChildEnd& end) {
   if (!errors.empty()) return errors.substr(errors.size() - std::min<std::size_t>(errors.size(), 2000));
   if (end.exit_status > 128) return fmt::format("ended by signal {}", end.exit_status - 128);
   return fmt::format("ended with status {}", end.exit_status);
+}
+
+json kept_verdicts(const std::filesystem::path& folder) {
+  std::ifstream file(folder / kKeptVerdicts);
+  if (!file) return nullptr;
+  json result;
+  for (const char* list : {"units", "skipped", "not_verified"}) result[list] = json::array();
+  for (std::string line; std::getline(file, line);) {
+    const json kept = json::parse(line, nullptr, false);
+    if (!kept.is_object() || kept.size() != 1 || !result.contains(kept.begin().key())) continue;
+    result[kept.begin().key()].push_back(kept.begin().value());
+  }
+  return result;
 }
 
 }  // namespace soak::station

@@ -18,6 +18,7 @@ namespace soak::station {
 /// Kinds of jobs that are of all units, and not of one.
 inline constexpr std::string_view kFitAll = "fit_all";
 inline constexpr std::string_view kVerifyAll = "verify_all";
+inline constexpr std::string_view kKeptVerdicts = "verdicts.jsonl";  ///< in the folder of such a job
 inline constexpr std::string_view kReleaseAll = "release_all";
 [[nodiscard]] bool is_of_all(std::string_view kind);
 
@@ -65,5 +66,9 @@ struct JobCommand {
 
 /// Why it failed, in the words of `soak --json` on standard error.
 [[nodiscard]] std::string job_message(const ChildEnd& end);
+
+/// What a verification of all that printed nothing had come to: the result as far as the file kKeptVerdicts in its
+/// folder goes (`soak verify --keep`); null where there is none. A line that is torn is left out.
+[[nodiscard]] nlohmann::json kept_verdicts(const std::filesystem::path& folder);
 
 }  // namespace soak::station

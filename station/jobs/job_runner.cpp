@@ -162,6 +162,8 @@ base::Result<JobRunner::UnderWay> JobRunner::prepare(const JobRequest& request, 
   auto catalog = open_existing_catalog(data_folder_.string());
   if (!catalog) return base::forward_error(catalog);
   if (auto checked = check_job(*catalog, request); !checked) return base::forward_error(checked);
+  const auto model = job_model(*catalog, request);
+  if (!model) return base::forward_error(model);
   const std::filesystem::path folder = shelf_.folder_of(id);
   std::error_code failure;
   std::filesystem::remove_all(folder, failure);
@@ -169,8 +171,6 @@ base::Result<JobRunner::UnderWay> JobRunner::prepare(const JobRequest& request, 
     return base::fail(base::ErrorKind::internal, "cannot create the folder: " + failure.message(), folder.string());
   }
   UnderWay job{new_document(request, id), {}};
-  const auto model = job_model(*catalog, request);
-  if (!model) return base::forward_error(model);
   if (*model) job.document["model"] = **model;
   auto command = job_command(*catalog, request, folder);
   base::Status noted;
@@ -244,8 +244,10 @@ void JobRunner::finish(json& document, const JobCommand& command, const ChildEnd
   document["ended_utc_s"] = now_utc_s();
   document["exit_status"] = end.exit_status;
   document["result"] = job_result(document["kind"], end.output);
+  const bool is_whole_result = document["result"].is_object();
+  if (!is_whole_result) document["result"] = kept_verdicts(shelf_.folder_of(document["id"]));
   const bool has_ended_well = end.exit_status == 0 || end.exit_status == is_limits;
-  const bool is_done = has_ended_well && end.is_whole && document["result"].is_object();
+  const bool is_done = has_ended_well && end.is_whole && is_whole_result;
   document["state"] = is_done ? "done" : end.stopped ? "cancelled" : "failed";
   if (!end.is_whole)
     document["message"] = "it printed more than can be kept";
@@ -281,6 +283,11 @@ base::Result<json> JobRunner::show(std::int64_t id) const {
 json JobRunner::newest(const std::string& unit, const std::string& kind) const {
   const std::scoped_lock lock(mutex_);
   return shelf_.newest(unit, kind);
+}
+
+std::map<std::string, json> JobRunner::newest_verdicts() const {
+  const std::scoped_lock lock(mutex_);
+  return shelf_.newest_verdicts();
 }
 
 base::Result<JobRunner::MadeFile> JobRunner::file(std::int64_t id) const {

@@ -5,6 +5,7 @@
 #include <condition_variable>
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <mutex>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
@@ -47,6 +48,8 @@ class JobRunner {
   [[nodiscard]] base::Result<nlohmann::json> show(std::int64_t id) const;
   /// The newest job of that kind that came to its end; null where none is kept.
   [[nodiscard]] nlohmann::json newest(const std::string& unit, const std::string& kind) const;
+  /// Of every unit that has one, newest(unit, "verify").
+  [[nodiscard]] std::map<std::string, nlohmann::json> newest_verdicts() const;
 
   struct MadeFile {
     std::string name;

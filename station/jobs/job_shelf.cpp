@@ -122,7 +122,10 @@ bool is_lasting(const json& job) {
 
 /// Of a verification of all, what it is to one unit.
 json as_if_alone(const json& job, const json& judged) {
-  json own = job;
+  json own = json::object();
+  for (const auto& [name, member] : job.items()) {
+    if (name != "result") own[name] = member;  // that of all units is large
+  }
   const json verdict = judged.value("verdict", json());
   own.update({{"kind", "verify"},
               {"unit", judged["unit"]},
@@ -158,6 +161,7 @@ std::vector<json> JobShelf::load() {
     cut_short.push_back(jobs_[*id]);
     cut_short.back()["state"] = "failed";
     cut_short.back()["message"] = "soakd ended meanwhile";
+    if (const json kept = kept_verdicts(folder); is_sound_result(kept)) cut_short.back()["result"] = kept;
   }
   remove_what_is_too_much();
   return cut_short;
@@ -201,7 +205,7 @@ json JobShelf::list() const {
   for (auto job = jobs_.rbegin(); job != jobs_.rend() && list.size() < kMostListed; ++job) {
     json entry = job->second;
     // Pages ask for the list every second: the map of a gap and what became of each unit are most of their documents.
-    for (const char* large : {"map", "units"}) {
+    for (const char* large : {"map", "units", "skipped", "not_verified"}) {
       if (entry["result"].is_object()) entry["result"].erase(large);
     }
     list.push_back(std::move(entry));
@@ -225,6 +229,18 @@ json JobShelf::newest(const std::string& unit, const std::string& kind) const {
     }
   }
   return nullptr;
+}
+
+std::map<std::string, json> JobShelf::newest_verdicts() const {
+  std::map<std::string, json> found;
+  for (auto job = jobs_.rbegin(); job != jobs_.rend(); ++job) {
+    if (job->second["kind"] == "verify" && is_lasting(job->second)) found.try_emplace(job->second["unit"], job->second);
+    for (const json& judged : judged_units(job->second)) {
+      const std::string unit = judged.value("unit", "");
+      if (!found.contains(unit)) found[unit] = as_if_alone(job->second, judged);
+    }
+  }
+  return found;
 }
 
 }  // namespace soak::station

@@ -26,7 +26,7 @@ class JobShelf {
 
   /// Takes up what a predecessor left; what is no job is removed, a damaged document is put aside (`damaged-ID`) with a
   /// line in the log. The answer are the jobs that it was carrying out, which have failed by now and stand as running
-  /// until they are put again.
+  /// until they are put again; of a verification of all with the verdicts that it came to (kept_verdicts()).
   [[nodiscard]] std::vector<nlohmann::json> load();
   /// A number that no kept job has, rising.
   [[nodiscard]] std::int64_t next_id() const { return jobs_.empty() ? 1 : jobs_.rbegin()->first + 1; }
@@ -41,7 +41,8 @@ class JobShelf {
   /// The folder of a job that did not come to be.
   void remove_folder(std::int64_t id) const;
 
-  /// {"jobs": the newest kMostListed, newest first, results without the keys `map` and `units`, "not_listed": how many
+  /// {"jobs": the newest kMostListed, newest first, results without the keys `map`, `units`,
+  /// `skipped` and `not_verified`, "not_listed": how many
   /// older ones are kept}
   [[nodiscard]] nlohmann::json list() const;
   /// The job that was begun last; null where none is kept.
@@ -51,6 +52,8 @@ class JobShelf {
   /// a model; null where there is none. What a verification of all units said of this one is as if it had been of it
   /// alone: kind "verify" with the unit, and the unit's own result.
   [[nodiscard]] nlohmann::json newest(const std::string& unit, const std::string& kind) const;
+  /// Of every unit that has one, newest(unit, "verify"): in one look at all jobs.
+  [[nodiscard]] std::map<std::string, nlohmann::json> newest_verdicts() const;
 
  private:
   void remove_what_is_too_much();

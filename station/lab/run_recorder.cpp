@@ -30,6 +30,8 @@ constexpr std::string_view kRejected = "rejected";
 constexpr std::string_view kAccepted = "recorded";
 /// The event by which a sealed file tells how its run ended (docs/file-formats.md).
 constexpr std::string_view kEnded = "ended";
+/// The event by which a file tells in which epoch of each unit its run began (docs/file-formats.md).
+constexpr std::string_view kEpochs = "epochs";
 constexpr std::string_view kUnknownUnitType = "generic";
 constexpr double kLossEvent_s = 60.0;  ///< device time that one event of lost packets tells of, at most
 
@@ -83,6 +85,34 @@ base::Status enter_recorded_units(db::Catalog& catalog, const std::vector<Record
     }
     return {};
   });
+}
+
+/// Notes of each unit the epoch in which the run begins: it may be repaired before the run is entered.
+base::Status take_epochs(const db::Catalog& catalog, std::vector<RecordedUnit>& units) {
+  for (RecordedUnit& unit : units) {
+    const auto known = catalog.unit(unit.serial);
+    if (!known) return base::forward_error(known);
+    if (*known) unit.epoch = (*known)->epoch;
+  }
+  return {};
+}
+
+std::string epochs_text(const std::vector<RecordedUnit>& units) {
+  nlohmann::json epochs = nlohmann::json::object();
+  for (const RecordedUnit& unit : units) epochs[unit.serial] = unit.epoch.value_or(0);
+  return epochs.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+/// What a run file says of the epoch in which the run of a unit began; nothing of those of versions that did not write
+/// it.
+std::optional<std::int32_t> told_epoch(const std::vector<db::RunEvent>& events, const std::string& serial) {
+  const auto found = std::ranges::find(events, kEpochs, &db::RunEvent::kind);
+  if (found == events.end()) return std::nullopt;
+  const auto epochs = nlohmann::json::parse(found->text, nullptr, false);
+  if (!epochs.is_object() || !epochs.contains(serial)) return std::nullopt;
+  const nlohmann::json& epoch = epochs[serial];
+  const bool is_sound = epoch.is_number_unsigned() && epoch.get<std::uint64_t>() <= std::numeric_limits<int>::max();
+  return is_sound ? std::optional(epoch.get<std::int32_t>()) : std::nullopt;
 }
 
 std::string attempt_text(const std::string& unit, const std::optional<std::pair<double, double>>& span,
@@ -195,7 +225,10 @@ base::Status judge_lost_run(const db::Catalog& catalog, const db::OrphanRunFile&
   const auto told = told_end(*events);
   for (const std::string& serial : orphan.units) {
     const bool known = told && told->types.contains(serial);
-    run.units.push_back({serial, known ? told->types.at(serial) : std::string(kUnknownUnitType)});
+    RecordedUnit& unit = run.units.emplace_back();
+    unit.serial = serial;
+    unit.type = known ? told->types.at(serial) : std::string(kUnknownUnitType);
+    unit.epoch = told_epoch(*events, serial);
   }
   if (told) {
     run.void_reason = told->end.void_reason;
@@ -238,6 +271,7 @@ base::Result<RunRecorder> RunRecorder::begin(db::Catalog& catalog, const db::Run
   if (const auto valid = check_run_purpose(purpose); !valid) return base::forward_error(valid);
   if (const auto valid = check_run_label(catalog, info, units); !valid) return base::forward_error(valid);
   if (const auto entered = enter_recorded_units(catalog, units); !entered) return base::forward_error(entered);
+  if (const auto taken = take_epochs(catalog, units); !taken) return base::forward_error(taken);
   db::RunInfo stated = info;
   stated.purpose = std::move(purpose);
   stated.simulated = info.simulated || info.clock_rate != 1.0;
@@ -245,6 +279,9 @@ base::Result<RunRecorder> RunRecorder::begin(db::Catalog& catalog, const db::Run
   auto file = db::RunFileWriter::create(path, stated);
   if (!file) return base::forward_error(file);
   RunRecorder recorder(catalog, *std::move(file), std::move(stated), with_rates);
+  if (const auto noted = recorder.file_.add_event(0.0, kEpochs, epochs_text(units)); !noted) {
+    return base::forward_error(noted);
+  }
   if (const auto added = recorder.add_streams(units); !added) return base::forward_error(added);
   recorder.sealed_.path = path;
   recorder.sealed_.units = std::move(units);

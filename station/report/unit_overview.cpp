@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -54,8 +55,9 @@ json run_counts(const std::vector<db::RunRow>& runs, const db::UnitRow& unit) {
   return {{"runs", number}, {"to_fit", to_fit}, {"newest_run_utc_s", newest_utc_s > 0.0 ? json(newest_utc_s) : json()}};
 }
 
-/// Campaigns with runs for a verification, the newest first: [{"campaign", "units"}].
-json check_campaigns(const std::vector<db::RunRow>& runs) {
+/// Campaigns with runs for a verification, the newest first: [{"campaign", "units"}]. Only units that can be verified
+/// count: `epochs` of those whose newest model is of the epoch that they are in.
+json check_campaigns(const std::vector<db::RunRow>& runs, const std::map<std::string, std::int32_t>& epochs) {
   struct Found {
     double newest_utc_s = 0.0;
     std::set<std::string> units;
@@ -63,6 +65,7 @@ json check_campaigns(const std::vector<db::RunRow>& runs) {
   std::map<std::string, Found> by_name;
   for (const db::RunRow& run : runs) {
     if (!run.sealed || run.voided || run.purpose != "verification") continue;
+    if (const auto unit = epochs.find(run.unit); unit == epochs.end() || unit->second != run.epoch) continue;
     Found& found = by_name[run.campaign];
     found.newest_utc_s = std::max(found.newest_utc_s, run.created_utc_s);
     found.units.insert(run.unit);
@@ -231,6 +234,7 @@ base::Result<json> units_overview(const db::Catalog& catalog) {
   if (!heads) return base::forward_error(heads);
   std::map<std::string, std::string> states;  // of the newest version
   for (const db::ModelHead& head : *heads) states[head.unit] = head.state;
+  std::map<std::string, std::int32_t> with_model;
   std::vector<json> list;
   for (const db::UnitRow& unit : *units) {
     json entry = {
@@ -243,6 +247,7 @@ base::Result<json> units_overview(const db::Catalog& catalog) {
     else if (*model) {
       entry["model"] = model_head(**model);
       entry["model"]["state"] = states[unit.serial];
+      if ((*model)->epoch == unit.epoch) with_model[unit.serial] = unit.epoch;
     }
     list.push_back(std::move(entry));
   }
@@ -250,7 +255,7 @@ base::Result<json> units_overview(const db::Catalog& catalog) {
     return entry["newest_run_utc_s"].is_null() ? 0.0 : entry["newest_run_utc_s"].get<double>();
   };
   std::ranges::stable_sort(list, [&](const json& a, const json& b) { return newest(a) > newest(b); });
-  return json{{"units", std::move(list)}, {"check_campaigns", check_campaigns(*runs)}};
+  return json{{"units", std::move(list)}, {"check_campaigns", check_campaigns(*runs, with_model)}};
 }
 
 base::Result<json> unit_overview(const db::Catalog& catalog, const std::string& serial) {

@@ -194,7 +194,7 @@ base::Status enter(db::Catalog& catalog, const SealedRun& run, RunRecord& record
                                  [&](const RecordedUnit& u) { return u.serial == record.row.unit; });
   const auto known = catalog.ensure_unit(unit->serial, unit->type);
   if (!known) return base::forward_error(known);
-  record.row.epoch = known->epoch;
+  record.row.epoch = unit->epoch.value_or(known->epoch);
   if (auto status = catalog.ensure_campaign(record.row.campaign, record.row.procedure); !status) return status;
   if (auto status = catalog.add_run(record.row, record.segments); !status) return status;
   for (const std::string& warning : record.warnings) {

@@ -58,6 +58,7 @@ struct RecordedUnit {
   calib::UnitType facts{};                   ///< what is known of the type: for the data gate
   std::vector<calib::Position> positions{};  ///< of the six, those whose azimuth is known: for a run's recorder
   bool supply_is_measured = false;           ///< there will be readings of its supply
+  std::optional<std::int32_t> epoch{};       ///< that it had when the run began; absent = that of the catalog
 };
 
 /// Rows of a unit whose segments shall not be used.
@@ -83,7 +84,8 @@ struct SealedRun {
 /// Enters a run: units and campaign where they are new, one row per unit that has samples, its segments with the data
 /// gate's findings, what segmentation and gate warn of as events, and void records (user "soakd") for the segments that
 /// a withdrawal touches and for the whole run where there is a reason; all or nothing. A withdrawal that touches none
-/// is logged. Also for a file that was interrupted (RunFileWriter::seal_interrupted). Reads the whole file.
+/// is logged. A unit that was repaired while the run was recorded keeps the epoch in which the run began. Also for a
+/// file that was interrupted (RunFileWriter::seal_interrupted). Reads the whole file.
 [[nodiscard]] base::Result<std::vector<db::RunRow>> enter_run(db::Catalog& catalog, const SealedRun& run);
 
 }  // namespace soak::station

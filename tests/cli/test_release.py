@@ -93,6 +93,73 @@ class Verdicts(ReleaseTest):
         failed = self.soak("verify", "--all", "--campaign", "verification", "--limits", self.write("n", NARROW), status=5)
         self.assertIn(f"1 of 1 units exceed their limits: {SERIAL}", failed.stderr)
 
+    def second_unit(self, *labs):
+        """Of the same recordings."""
+        for lab, procedure in labs or (("campaign", "import"), ("verification", "verification")):
+            self.soak("import", fitted_folder() / "lab" / lab / f"{SERIAL}.csv", "--unit", "SN1", "--campaign", lab, "--procedure",
+                      procedure, "--simulated", "--gravity-mps2", "9.80665")
+
+    def verify_all(self, *more):
+        document = self.soak_json("verify-all", "verify", "--all", "--campaign", "verification", "--limits", self.write("l", WIDE), *more)
+        check_schema(document, "verify-all")
+        return document
+
+    def test_a_unit_without_a_model_is_left_out_with_a_line_of_its_own(self):
+        self.second_unit()
+        document = self.verify_all()
+        self.assertEqual([one["unit"] for one in document["units"]], [SERIAL])
+        self.assertEqual(document["skipped"], [{"unit": "SN1", "message": "it has no model yet"}])
+        done = self.soak("verify", "--all", "--campaign", "verification", "--limits", self.write("l", WIDE))
+        self.assertIn("SN1: left out: it has no model yet", done.stderr)
+
+    def test_a_unit_that_was_repaired_since_is_left_out(self):
+        self.second_unit()
+        self.soak("fit", "--unit", "SN1")
+        self.soak("unit", "add", "SN1", "--begin-epoch", "gyro replaced")
+        self.assertEqual(self.verify_all()["skipped"], [{"unit": "SN1", "message": "it was repaired or changed after its newest model"}])
+        self.soak("unit", "add", SERIAL, "--begin-epoch", "gyro replaced")
+        failed = self.soak("verify", "--all", "--campaign", "verification", status=2)
+        self.assertIn("no unit of the campaign can be verified", failed.stderr)
+
+    def test_a_unit_that_cannot_be_verified_keeps_no_other_from_it(self):
+        self.second_unit()
+        self.soak("fit", "--unit", "SN1")
+        run = next(one for one in self.soak_json("runs-list", "runs", "list", "--campaign", "verification")["runs"] if one["unit"] == "SN1")
+        self.soak("runs", "void", run["run_id"], "--unit", "SN1", "--reason", "door")
+        kept = self.folder / "kept"
+        done = self.soak("verify", "--all", "--campaign", "verification", "--limits", self.write("l", WIDE), "--keep", kept, "--json", status=2)
+        document = json.loads(done.stdout)
+        check_schema(document, "verify-all")
+        self.assertEqual([one["unit"] for one in document["units"]], [SERIAL])
+        (one,) = document["not_verified"]
+        self.assertEqual(one["unit"], "SN1")
+        self.assertIn("no usable run", one["message"])
+        self.assertIn("1 of 2 units could not be verified", json.loads(done.stderr)["error"]["message"])
+        lines = [json.loads(line) for line in kept.read_text(encoding="utf-8").splitlines()]
+        self.assertEqual([line for line in lines if "units" in line], [{"units": one} for one in document["units"]])
+        self.assertEqual([line for line in lines if "not_verified" in line], [{"not_verified": one} for one in document["not_verified"]])
+
+    def test_one_of_all_that_is_interrupted_prints_what_it_came_to(self):
+        self.second_unit()
+        self.soak("fit", "--unit", "SN1")
+        words = ("verify", "--all", "--campaign", "verification", "--limits", self.write("l", WIDE), "--json")
+        with contextlib.closing(open_catalog(self.data / "station.db")) as catalog:
+            catalog.isolation_level = None
+            catalog.execute("BEGIN IMMEDIATE")  # the first verdict waits here
+            process = subprocess.Popen(self.command(*words), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env={**os.environ, "SOAK_PROGRESS": "1"})
+            self.assertIn("verifying: 0 %", process.stderr.readline())
+            used = None
+            while used != (used := pathlib.Path(f"/proc/{process.pid}/stat").read_text().rsplit(")", 1)[1].split()[11:13]):
+                time.sleep(0.3)  # until it does nothing but wait
+            process.terminate()
+            catalog.execute("ROLLBACK")
+        out, err = process.communicate(timeout=60)
+        self.assertEqual(process.returncode, 1)
+        document = json.loads(out)
+        check_schema(document, "verify-all")
+        self.assertEqual(len(document["units"]), 1)
+        self.assertIn("interrupted", err)
+
 
 class Marks(ReleaseTest):
     def test_what_is_not_released_is_refused_with_the_way_to_a_release(self):

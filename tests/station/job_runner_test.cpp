@@ -203,7 +203,8 @@ TEST_F(Runner, FitsAndVerifiesAllUnitsInOneCommandEach) {
   std::ifstream words(folder_.path() / "words");
   const std::string common = "--data=" + folder_.path().string() + "\n--json\n";
   EXPECT_EQ(std::string(std::istreambuf_iterator<char>(words), {}),
-            "fit\n--all\n--brief\n" + common + "verify\n--all\n--campaign=check\n" + common);
+            "fit\n--all\n--brief\n" + common + "verify\n--all\n--campaign=check\n--keep=" +
+                (folder_.path() / "jobs" / "2" / "verdicts.jsonl").string() + "\n" + common);
   EXPECT_EQ(catalog_.events()->back().text, "verify_all against check: done");
 }
 
@@ -232,6 +233,45 @@ TEST_F(Runner, WhatACancelledJobOfAllHasDoneIsKept) {
   ASSERT_TRUE(job);
   EXPECT_EQ((*job)["state"], "cancelled");
   EXPECT_EQ((*job)["result"]["units"][0]["state"], "released");
+}
+
+TEST_F(Runner, WhatAKilledVerificationOfAllHadComeToIsKept) {
+  ASSERT_TRUE(catalog_.ensure_campaign("check", "verification"));
+  soak_does(
+      "for word; do case $word in --keep=*) keep=${word#--keep=};; esac; done; "
+      "echo '{\"units\": {\"unit\": \"-SN 1\", \"model\": 2, \"verdict\": \"pass\"}}' > $keep; "
+      "echo '{\"skipped\": {\"unit\": \"SN2\", \"message\": \"it has no model yet\"}}' >> $keep; "
+      "printf '{\"units\": {\"unit' >> $keep; kill -9 $$");
+  JobRunner jobs(folder_.path(), program_);
+  const json job = ended(jobs, jobs.start({"verify_all", "", "check", "", false, "Eva"}).value()["id"]);
+  EXPECT_EQ(job["state"], "failed");
+  EXPECT_EQ(job["result"]["units"].size(), 1U) << "the torn line is left out";
+  EXPECT_EQ(job["result"]["skipped"][0]["unit"], "SN2");
+  EXPECT_EQ(jobs.newest("-SN 1", "verify")["result"]["verdict"], "pass");
+  EXPECT_EQ(jobs.newest_verdicts().at("-SN 1"), jobs.newest("-SN 1", "verify"));
+}
+
+TEST_F(Runner, WhatAVerificationOfAllHadComeToIsKeptWhenSoakdDies) {
+  const auto folder = folder_.path() / "jobs" / "1";
+  std::filesystem::create_directories(folder);
+  std::ofstream(folder / "job.json") << json({{"id", 1},
+                                              {"kind", "verify_all"},
+                                              {"unit", ""},
+                                              {"campaign", "check"},
+                                              {"user", "Eva"},
+                                              {"state", "running"},
+                                              {"started_utc_s", 1.0}});
+  std::ofstream(folder / "verdicts.jsonl") << R"({"units": {"unit": "-SN 1", "model": 2, "verdict": "fail"}})" << '\n';
+  const JobRunner jobs(folder_.path(), program_);
+  EXPECT_EQ(jobs.show(1).value()["state"], "failed");
+  EXPECT_EQ(jobs.newest("-SN 1", "verify")["result"]["verdict"], "fail");
+}
+
+TEST_F(Runner, AJobThatDoesNotComeToBeLeavesNoFolder) {
+  const JobRequest verify{"verify", "-SN 1", "check", "", false, "Eva"};
+  JobRunner jobs(folder_.path(), program_);
+  EXPECT_FALSE(jobs.start(verify)) << "there is no model";
+  EXPECT_FALSE(std::filesystem::exists(folder_.path() / "jobs" / "1"));
 }
 
 TEST_F(Runner, AVerificationOfAllIsToEachUnitOneOfItsOwnAndLastsAsLong) {

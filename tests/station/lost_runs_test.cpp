@@ -149,6 +149,21 @@ void record_a_segment_and_die(const fs::path& data_folder, const db::RunInfo& in
   });
 }
 
+TEST_F(LostRuns, KeepTheEpochInWhichTheyBeganThoughTheUnitWasRepairedSince) {
+  ASSERT_TRUE(catalog_->ensure_unit("SN1", "mti"));
+  ASSERT_TRUE(catalog_->begin_epoch("SN1", "re-flashed", "ann"));
+  db::RunInfo lost = info();
+  lost.source = kRunSource;
+  record_a_segment_and_die(folder_, lost, "calibration");
+  ASSERT_TRUE(catalog_->begin_epoch("SN1", "gyro replaced", "ann"));
+  EventLog log(*catalog_);
+  ASSERT_TRUE(enter_lost_runs(*catalog_, log));
+  const auto runs = catalog_->runs({});
+  ASSERT_EQ(runs->size(), 1U);
+  EXPECT_EQ(runs->front().epoch, 1);
+  EXPECT_EQ((*catalog_->unit("SN1"))->epoch, 2);
+}
+
 TEST_F(LostRuns, OfAPreFlightAreVoided) {
   db::RunInfo lost = info("P00");
   lost.source = kRunSource;

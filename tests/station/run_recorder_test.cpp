@@ -182,12 +182,28 @@ TEST_F(RunRecorderTest, KeepsTheChambersLogAndEvents) {
   EXPECT_EQ(values("output_percent")[0], -40.0);
   EXPECT_EQ(values("chamber_rh")[0], 7.5);
   const auto events = file->events();
-  ASSERT_EQ(events->size(), 3U);
-  EXPECT_EQ((*events)[0].text, "opened");
-  EXPECT_EQ((*events)[1].kind, "no_samples");
-  EXPECT_NE((*events)[1].text.find("SN2"), std::string::npos);
-  EXPECT_EQ((*events)[2].kind, "ended");
+  ASSERT_EQ(events->size(), 4U);
+  EXPECT_EQ((*events)[0].kind, "epochs");
+  EXPECT_EQ((*events)[1].text, "opened");
+  EXPECT_EQ((*events)[2].kind, "no_samples");
+  EXPECT_NE((*events)[2].text.find("SN2"), std::string::npos);
+  EXPECT_EQ((*events)[3].kind, "ended");
   EXPECT_TRUE(file->verify());
+}
+
+TEST_F(RunRecorderTest, ARunKeepsTheEpochInWhichItBeganThoughTheUnitIsRepairedMeanwhile) {
+  RunRecorder recorder = begin(info());
+  record_up_and_down(recorder);
+  ASSERT_TRUE(catalog_->begin_epoch("SN1", "gyro replaced", "ann"));
+  const auto runs = recorder.finish();
+  ASSERT_TRUE(runs) << runs.error().message;
+  for (const db::RunRow& run : *runs) EXPECT_EQ(run.epoch, 0) << run.unit;
+  EXPECT_EQ((*catalog_->unit("SN1"))->epoch, 1);
+  RunRecorder next = begin(info("R02"));
+  record_up_and_down(next);
+  const auto after = next.finish();
+  ASSERT_TRUE(after) << after.error().message;
+  for (const db::RunRow& run : *after) EXPECT_EQ(run.epoch, run.unit == "SN1" ? 1 : 0) << run.unit;
 }
 
 TEST_F(RunRecorderTest, EntersARunThatAFitFinds) {

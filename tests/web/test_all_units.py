@@ -119,6 +119,39 @@ class AllUnits(StationTest):
         self.assertEqual(self.soakd.refusal("jobs", kind="verify_all"), (400, "campaign"))
         self.assertEqual(self.soakd.refusal("jobs", kind="fit_all", unit=SERIAL), (400, "unit"))
 
+    def test_units_that_could_not_be_verified_are_listed_with_their_reason(self):
+        self.browser.go(self.soakd.url)
+        job = {"kind": "verify_all", "state": "failed", "message": "1 of 2 units could not be verified:\n  SN2: no",
+               "result": {"units": [{"unit": "SN1", "model": 2, "verdict": "pass"}], "not_verified": [{"unit": "SN2", "message": "no usable run"}],
+                          "skipped": [{"unit": "SN3", "message": "it has no model yet"}]}}
+        text, message, rest = self.browser.run("""const [job] = arguments; return import('/batch_words.mjs').then((words) =>
+            [words.batchText(job), words.messageOf(job), words.restOf(job)])""", job)
+        self.assertEqual(text, "Judged: 1 PASS. 1 unit could not be verified. 1 unit was left out.")
+        self.assertIsNone(message)
+        self.assertEqual(rest, [{"unit": "SN2", "parts": [", not verified: ", {"english": "no usable run"}]}, {"unit": "SN3", "parts": [", left out: ", {"english": "it has no model yet"}]}])
+
+    def test_of_all_the_newest_check_campaign_that_is_over_is_chosen(self):
+        self.open("units")
+        self.browser.wait("return document.querySelector('#units-verify').offsetParent !== null")
+        chosen = self.browser.run("""return import('/batch_card.mjs').then(({ BatchCard }) => {
+            const card = new BatchCard(() => "Eva", async () => {});
+            const select = document.querySelector("#units-campaign");
+            const said = () => [select.value, ...[...select.options].map(({ text }) => text)];
+            const units = [{ to_fit: 0, model: { state: "fitted" } }];
+            const offer = (...names) => card.offer({ units, check_campaigns: names.map((campaign) => ({ campaign, units: 1 })) });
+            const status = { state: "running", campaign: { name: "new" }, resumable: null, resumes_by_itself: false };
+            card.take(status);
+            offer("new", "old");
+            const during = said();
+            card.take({ ...status, state: "finished" });
+            const after = said();
+            select.value = "old";
+            select.dispatchEvent(new Event("change"));
+            offer("newer", "new", "old");
+            return [during, after[0], select.value];
+        })""")
+        self.assertEqual(chosen, [["old", "new (1 unit, still running)", "old (1 unit)"], "new", "old"])
+
     def test_two_widths_and_schemes_have_nothing_that_is_too_wide_or_too_faint(self):
         self.open("units")
         self.click("#units-fit")

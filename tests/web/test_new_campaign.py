@@ -186,6 +186,9 @@ class OnThePage(WithLaboratory):
         said = dict(self.browser.run("return [...document.querySelectorAll('#start-choice option')].map((option) => [option.value, option.text])"))
         hours = round(next(entry["estimate_s"] for entry in self.soakd.get("procedures")["procedures"] if entry["file"] == "minor-loop.toml") / 60) // 60
         self.assertRegex(said["minor-loop.toml"], rf"^minor-loop, calibration, {hours} h( \d+ min)?: The set points of six-position-both-ways upwards, with a turn halfway$")
+        cut = self.browser.run("""const [description] = arguments; return import('/start_words.mjs').then(({ procedureText }) =>
+            procedureText({ file: 'x', name: 'x', trouble: null, description, purpose: 'calibration', estimate_s: 3600 }))""", "x" * 120)
+        self.assertTrue(cut.endswith(": " + "x" * 90 + "…"), "one long word")
         self.assertRegex(said["verification.toml"], r"^verification, verification, \d+ h.*: ")
         self.assertRegex(said["ours.toml"], r"^of this laboratory, calibration, \d+ h( \d+ min)?$")
         self.assertEqual(said["broken.toml"], "broken.toml (has mistakes)")

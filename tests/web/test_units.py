@@ -485,6 +485,7 @@ class Page(BrowserTest, WithStation):
             if (value?.clock && value.state && window.campaign) Object.assign(value, { state: "running", campaign: { name: window.campaign, procedure: "verification",
               purpose: "verification", run_label: "V02", run: 3, runs: 4, step: 0, steps: 1, step_kind: "record", step_text: "records", step_trouble: null, on_way_back: false,
               progress: 0.5, remaining_s: 100, started_utc_s: 1 } });
+            if (value?.clock && value.state && window.stopped) Object.assign(value, { state: "interrupted", campaign: null, resumable: window.stopped, resumes_by_itself: false });
             return value;
           };
           const ask = window.fetch;
@@ -497,9 +498,53 @@ class Page(BrowserTest, WithStation):
         self.see("#unit-next", "Wait: campaign verification still runs, 1 of 3 check runs recorded.")
         self.see("#unit-campaign", "verification (still running: 1 of 3 runs recorded)")
         self.assertEqual(self.browser.run("const b = document.querySelector('#unit-verify'); return [b.disabled, b.classList.contains('primary')]"), [False, False])
-        self.browser.run("window.campaign = null; window.tell(window.said)")
+        self.browser.run("window.campaign = null; window.stopped = 'verification'; window.tell(window.said)")
+        self.see("#unit-next", "Campaign verification has stopped, 1 of 3 check runs recorded: resume it on Station.")
+        self.see("#unit-campaign", "verification (stopped: 1 of 3 runs recorded)")
+        self.browser.run("window.stopped = null; window.tell(window.said)")
         self.see("#unit-next", "Verify it with a run that the fit has not seen.")
         self.assertTrue(self.browser.run("return document.querySelector('#unit-verify').classList.contains('primary')"))
+        # Who comes after it stopped learns how many runs it has once it goes on.
+        self.browser.run("window.stopped = 'verification'; window.tell(window.said)")
+        self.see("#unit-next", "has stopped, 1 check run recorded")
+        self.browser.run("window.stopped = null; window.campaign = 'verification'; window.tell(window.said)")
+        self.see("#unit-next", "Wait: campaign verification still runs, 1 of 3 check runs recorded.")
+
+    def test_what_a_verification_takes_is_a_check_campaign_that_is_over_before_one_that_is_open(self):
+        self.browser.go(self.soakd.url)
+        unit = {"unit": "SN1", "type": "mti-300", "epoch": 1, "to_fit": 0, "exported": None, "warnings": [], "model": {"version": 1, "epoch": 1, "state": "fitted"},
+                "verification": None}
+
+        def campaign(name, purpose="verification"):
+            return {"campaign": name, "runs": 1, "purpose": purpose}
+
+        def told(*campaigns, stopped=False, of=3):
+            return self.browser.run("""const [unit, open] = arguments; return import('/unit_words.mjs').then((words) =>
+                ({ ...words.nextOf(unit, open), chosen: words.campaignToVerifyWith(unit.verify_with, open)?.campaign }))""",
+                                    {**unit, "verify_with": campaigns}, {"name": "open", "of": of, "stopped": stopped})
+        waits = told(campaign("open"))
+        self.assertEqual((waits["kind"], waits["text"].split(".")[0]), (None, "Wait: campaign open still runs, 1 of 3 check runs recorded"))
+        waits = told(campaign("open"), campaign("cold", "calibration"))
+        self.assertEqual((waits["kind"], waits["chosen"]), (None, "open"))
+        over = told(campaign("open"), campaign("old"))
+        self.assertEqual((over["kind"], over["chosen"]), ("verify", "old"))
+        self.assertEqual(told(campaign("open", "calibration"))["kind"], "verify", "its runs are no check runs")
+        self.assertEqual(told(campaign("open", "calibration"), campaign("cold", "calibration"))["chosen"], "cold")
+        stopped = told(campaign("open"), stopped=True)
+        self.assertIn("Campaign open has stopped, 1 of 3 check runs recorded: resume it on Station.", stopped["text"])
+        self.assertEqual(stopped["link"]["address"], "#station")
+
+    def test_a_campaign_that_has_stopped_or_calibrates_says_so_where_one_is_chosen(self):
+        self.browser.go(self.soakd.url)
+        said = self.browser.run("""return import('/unit_words.mjs').then(({ U }) => [U.jobs.campaignOpen("c", 1, { of: 3, stopped: true }, "verification"),
+            U.jobs.campaignOpen("c", 1, { of: null, stopped: false }, "calibration"), U.batch.campaignUnits("c", 2, { stopped: false })])""")
+        self.assertEqual(said, ["c (stopped: 1 of 3 runs recorded)", "c (still running: 1 run recorded, calibration: the next fit takes it)", "c (2 units, still running)"])
+        opened = self.browser.run("""return import('/words.mjs').then(({ openCampaign }) => [
+            openCampaign({ state: "running", campaign: { name: "c" }, resumable: null, resumes_by_itself: false }),
+            openCampaign({ state: "interrupted", campaign: null, resumable: "c", resumes_by_itself: false }),
+            openCampaign({ state: "interrupted", campaign: null, resumable: "c", resumes_by_itself: true }),
+            openCampaign({ state: "finished", campaign: { name: "c" }, resumable: null, resumes_by_itself: false })])""")
+        self.assertEqual(opened, [{"name": "c", "stopped": False}, {"name": "c", "stopped": True}, {"name": "c", "stopped": False}, None])
 
     def test_the_same_warning_of_several_sensors_is_one_line(self):
         warnings = [{"code": code, "text": f"{sensor}{text}", "remedy": None, "sensors": [sensor], "urgency": "act"}
