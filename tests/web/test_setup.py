@@ -298,7 +298,9 @@ class Start(unittest.TestCase):
         self.addCleanup(station.close)
         station.stop()
         with contextlib.closing(sqlite3.connect(station.data / "station.db")) as catalog, catalog:
-            catalog.execute("INSERT INTO campaigns (name, procedure, document, state, reason, created_utc_s, updated_utc_s) VALUES ('hot', 'p', '{}', 'running', '', 1, 1)")
+            catalog.create_function("soak_seal", -1, lambda seal, *_: seal)
+            catalog.execute("INSERT INTO campaign (name, procedure) VALUES ('hot', 'p')")
+            catalog.execute("INSERT INTO journal (campaign, document, state, reason, created_utc_s, updated_utc_s) VALUES ('hot', '{}', 'running', '', 1, 1)")
         done = subprocess.run([pathlib.Path(bin_folder()) / "soakd", "--data", station.data, "--listen", "127.0.0.1:0"], capture_output=True, text=True, timeout=60)
         self.assertEqual((done.returncode, done.stdout), (2, ""))
         self.assertIn("'hot'", done.stderr)
