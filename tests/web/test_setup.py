@@ -18,7 +18,7 @@ import jsonschema
 from pymodbus.client import ModbusTcpClient
 
 from browser import BROWSER, DRIVER, Browser
-from new_station import ROOT, Laboratory, NewStation, bin_folder, unused_port
+from new_station import PATIENCE_S, ROOT, Laboratory, NewStation, bin_folder, unused_port
 from test_accessibility import AXE, SERIOUS
 from test_language import ENGLISH, SHOWN
 from test_openapi import EVERY, SETUP, body_of, check, parameters_of, resolved, wrong_values
@@ -238,6 +238,15 @@ class Start(unittest.TestCase):
         self.addCleanup(station.close)
         self.assertEqual(station.stop(), 0)
         self.assertFalse(station.file.exists())
+
+    def test_an_end_that_is_asked_for_while_the_file_is_written_is_not_lost(self):
+        station = NewStation()
+        self.addCleanup(station.close)
+        station.process.terminate()
+        with contextlib.suppress(OSError):  # it may have ended by then
+            station.ask("setup/write", form())
+        self.assertEqual(station.process.wait(PATIENCE_S), 0)
+        station.process.stdout.close()
 
     def test_the_template_of_the_package_counts_as_none_and_stays_as_it_is(self):
         soakd = pathlib.Path(bin_folder()) / "soakd"
