@@ -224,8 +224,8 @@ struct SetupServer::Running {
   std::filesystem::path file;
   db::Catalog& catalog;
   std::vector<std::string> own_names;
-  std::mutex turn;  ///< of devices
-  std::mutex file_turn;
+  std::mutex turn;                 ///< of devices
+  std::mutex file_turn;            ///< of the configuration
   std::atomic<bool> stop = false;  ///< of a look into the slots
   std::mutex mutex;
   std::condition_variable told;
