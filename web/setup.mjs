@@ -11,19 +11,28 @@ const S = await textsOf("setup");
 document.title = S.page;
 const { SetupForm, STEPS } = await import("./setup_form.mjs");
 const { showSurvey } = await import("./setup_answer.mjs");
+const { forgetKept, keep, takeKept } = await import("./setup_kept.mjs");
 
 const AGAIN_MS = 500;
 const PATIENCE_MS = 30_000;
+/** Status of HTTP: there is a file already. */
+const CONFLICT = 409;
 
-/** @param {any} error what a call of the station has thrown: with a status where the station itself has refused */
-function fail(error) {
-  $("failure").replaceChildren(error.status ? english(error.message) : S.noAnswer);
-  show($("failure"), true);
+/**
+ * @param {any} error what a call of the station has thrown: with a status where the station itself has refused
+ * @param {HTMLElement} node
+ */
+function fail(error, node = $("failure")) {
+  node.replaceChildren(error.status ? english(error.message) : S.noAnswer);
+  show(node, true);
 }
 
 class SetupPage {
   #form;
   #step = STEPS[0];
+  #isSetUp = false;
+  /** How often what stands in a section has changed: an answer is about what stood there when it was asked. */
+  #changes = { chamber: 0, fixture: 0 };
 
   /** @param {import("./kept_documents.mjs").SetupChoices} choices */
   constructor(choices) {
@@ -32,7 +41,13 @@ class SetupPage {
     for (const button of $("steps").querySelectorAll("button")) {
       button.addEventListener("click", () => this.#go(button.dataset.step));
     }
-    for (const section of ["chamber", "fixture"]) $(`${section}-try`).addEventListener("click", () => this.#try(section));
+    for (const section of ["chamber", "fixture"]) {
+      $(`${section}-try`).addEventListener("click", () => this.#try(section));
+      $(`${section}-fields`).addEventListener("input", () => {
+        this.#changes[section] += 1;
+        $(`${section}-answer`).replaceChildren();
+      });
+    }
     $("look").addEventListener("click", () => this.#look());
     $("back").addEventListener("click", () => this.#go(STEPS[STEPS.indexOf(this.#step) - 1]));
     $("write").addEventListener("click", () => this.#write());
@@ -40,7 +55,13 @@ class SetupPage {
       event.preventDefault();
       this.#next();
     });
-    this.#show("chamber");
+    addEventListener("pagehide", () => {
+      if (!this.#isSetUp) keep({ step: this.#step, ...this.#form.values() });
+    });
+    const kept = takeKept();
+    if (kept) this.#form.fill(kept);
+    this.#show(STEPS[0]);
+    if (kept && STEPS.indexOf(kept.step) > 0) this.#go(kept.step);
   }
 
   /** Enter in a field of the last step writes nothing: that is for its button. */
@@ -68,9 +89,22 @@ class SetupPage {
       this.#form.tell(check.mistakes, steps);
       return check;
     } catch (error) {
-      if (!this.#form.tellRefusal(error)) fail(error);
+      this.#refused(error, steps === STEPS);
       return null;
     }
+  }
+
+  /**
+   * What the station has refused stands at its field; where that is on another step, it is said here, too.
+   * @param {any} error
+   * @param {boolean} isListed all mistakes are listed here anyway
+   */
+  #refused(error, isListed = false) {
+    const told = this.#form.tellRefusal(error);
+    if (!told) return fail(error);
+    if (told.step === this.#step || isListed) return;
+    $("failure").replaceChildren(...this.#mistake(told.step, told.field, [english(error.message)]));
+    show($("failure"), true);
   }
 
   async #go(step) {
@@ -97,7 +131,11 @@ class SetupPage {
   async #review() {
     const check = await this.#check(STEPS);
     const faults = this.#form.faults();
-    $("mistakes").replaceChildren(...faults.map(({ step, field, parts }) => this.#mistake(step, field, parts)));
+    $("mistakes").replaceChildren(...faults.map(({ step, field, parts }) => {
+      const item = element("li", "");
+      item.append(...this.#mistake(step, field, parts));
+      return item;
+    }));
     show($("text"), check !== null);
     say($("text"), check?.text ?? "");
     const good = check !== null && faults.length === 0;
@@ -105,20 +143,18 @@ class SetupPage {
     $("write").disabled = !good;
   }
 
+  /** A mistake and where it is, with a button that leads there. */
   #mistake(step, field, parts) {
-    const item = element("li", "");
     const text = element("span", field ? `${S.steps[step]}, ${field.title}: ` : "");
     text.append(...parts);
-    item.append(text);
-    if (!field) return item;
+    if (!field) return [text];
     const button = Object.assign(element("button", S.file.toField), { type: "button", className: "small" });
     button.setAttribute("aria-label", `${S.file.toField}: ${field.title}`);
     button.addEventListener("click", async () => {
       await this.#go(step);
       field.input.focus();
     });
-    item.append(button);
-    return item;
+    return [text, " ", button];
   }
 
   /** Asks a controller, which takes some seconds where nobody answers. */
@@ -127,30 +163,37 @@ class SetupPage {
     const answer = $(`${section}-answer`);
     if (!this.#form.checkAll(controller.all)) return;
     $(`${section}-try`).disabled = true;
+    show($("failure"), false);
     answer.replaceChildren(S.try.trying);
+    const asked = this.#changes[section];
+    const address = controller.address.text;
     try {
-      showSurvey(answer, await post("setup/try", { section, [section]: controller.entered() }));
+      const survey = await post("setup/try", { section, [section]: controller.entered() });
+      if (asked === this.#changes[section]) showSurvey(answer, survey, address);
     } catch (error) {
-      answer.replaceChildren();
-      if (error.where === section) controller.address.where.tell(english(error.message));
-      else if (!this.#form.tellRefusal(error)) fail(error);
-      if (error.where) controller.all.find(({ input }) => input.hasAttribute("aria-invalid"))?.input.focus();
+      if (asked === this.#changes[section]) this.#notTried(section, error);
     }
     $(`${section}-try`).disabled = false;
   }
 
+  #notTried(section, error) {
+    const controller = this.#form[section];
+    $(`${section}-answer`).replaceChildren();
+    if (error.where === section) controller.address.where.tell(english(error.message));
+    else this.#refused(error);
+    if (error.where) controller.all.find(({ input }) => input.hasAttribute("aria-invalid"))?.input.focus();
+  }
+
   async #look() {
-    show($("look-failure"), false);
+    for (const id of ["look-failure", "failure"]) show($(id), false);
     if (!this.#form.checkAll(this.#form.slotFields)) return;
     $("look").disabled = true;
     say($("look"), S.units.looking);
     try {
       await this.#form.look();
     } catch (error) {
-      if (!this.#form.tellRefusal(error)) {
-        $("look-failure").replaceChildren(english(error.message));
-        show($("look-failure"), true);
-      }
+      if (error.status && error.where) this.#refused(error);
+      else fail(error, $("look-failure"));
     }
     $("look").disabled = false;
     say($("look"), S.units.look);
@@ -159,16 +202,38 @@ class SetupPage {
   async #write() {
     $("write").disabled = true;
     show($("failure"), false);
+    const user = this.#form.user.value || "unknown";
     try {
-      await post("setup/write", { ...this.#form.entered(), user: this.#form.user.value || "unknown" });
+      await post("setup/write", { ...this.#form.entered(), user });
     } catch (error) {
-      if (!this.#form.tellRefusal(error)) fail(error);
+      this.#refused(error);
+      if (error.status === CONFLICT) $("failure").append(" ", this.#useButton(user));
       $("write").disabled = false;
       return;
     }
+    await this.#end();
+  }
+
+  /** Goes on with the file that is there; the station says what is wrong in it. */
+  #useButton(user) {
+    const button = Object.assign(element("button", S.file.use), { type: "button", className: "small", id: "use" });
+    button.addEventListener("click", async () => {
+      try {
+        await post("setup/use", { user });
+      } catch (error) {
+        return fail(error);
+      }
+      await this.#end();
+    });
+    return button;
+  }
+
+  async #end() {
+    this.#isSetUp = true;
+    forgetKept();
     for (const node of [$("form"), $("steps"), $("intro")]) show(node, false);
     show($("done"), true);
-    say($("done"), S.file.writing);
+    say($("done"), S.file.starting);
     await this.#waitForStation(Date.now() + PATIENCE_MS);
   }
 

@@ -33,9 +33,10 @@ function table(entries) {
 /**
  * @param {HTMLElement} node
  * @param {Survey} survey
+ * @param {string} address that was asked
  */
-export function showSurvey(node, survey) {
-  const line = Object.assign(element("p", verdict(survey)), { className: survey.sound ? "good" : "bad" });
+export function showSurvey(node, survey, address) {
+  const line = Object.assign(element("p", `${address}: ${verdict(survey)}`), { className: survey.sound ? "good" : "bad" });
   const all = document.createElement("details");
   all.append(element("summary", S.try.all), table(survey.entries));
   all.open = !survey.sound;

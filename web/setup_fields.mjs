@@ -144,6 +144,12 @@ export class AddressFields {
     return this.way.value === "serial";
   }
 
+  /** As people write it. */
+  get text() {
+    if (this.isSerial) return this.device.value;
+    return this.port.value === "" ? this.host.value : `${this.host.value}:${this.port.value}`;
+  }
+
   /** The field that an answer is about which the device did not give. */
   get where() {
     return this.isSerial ? this.device : this.host;

@@ -53,6 +53,7 @@ export class SetupForm {
     this.type.input.addEventListener("change", () => this.#followType());
     $("slot-more").addEventListener("click", () => this.#addSlot().name.input.focus());
     $("slot-less").addEventListener("click", () => this.#dropSlot());
+    for (const field of [this.type, this.decoder]) this.#watch(field);
     this.#addSlot();
   }
 
@@ -80,6 +81,7 @@ export class SetupForm {
     slot.name.input.addEventListener("input", () => {
       slot.unit.input.dataset.slot = slot.name.value;
     });
+    for (const field of [slot.name, ...slot.address.all]) this.#watch(field);
     this.#slots.push(slot);
     $("slots").append(slot.node);
     this.#countSlots();
@@ -91,7 +93,13 @@ export class SetupForm {
     this.#countSlots();
   }
 
+  /** What was found in the slots was found with what stands here now. */
+  #watch(field) {
+    field.input.addEventListener("input", () => this.#slotLook.forget());
+  }
+
   #countSlots() {
+    this.#slotLook.forget();
     $("slot-less").disabled = this.#slots.length < 2;
     $("slot-more").disabled = this.#slots.length >= MOST_SLOTS;
   }
@@ -126,14 +134,35 @@ export class SetupForm {
     };
   }
 
+  /** All fields, each behind those that it follows. */
+  get #all() {
+    return [...this.chamber.all, this.kind, ...this.fixture.all, this.type, this.decoder, ...this.slotFields, this.wanted, ...this.mail, this.user];
+  }
+
+  /** What stands in all fields, those that are not seen among them: for fill(). */
+  values() {
+    return { slots: this.#slots.length, fields: Object.fromEntries(this.#all.map(({ name, input }) => [name, input.value])) };
+  }
+
+  /** @param {{slots: number, fields: Record<string, string>}} values */
+  fill({ slots, fields }) {
+    while (this.#slots.length < Math.min(slots, MOST_SLOTS)) this.#addSlot();
+    for (const { name, input } of this.#all) {
+      if (!Object.hasOwn(fields, name)) continue;
+      if (input instanceof HTMLSelectElement && ![...input.options].some(({ value }) => value === fields[name])) continue;
+      input.value = fields[name];
+      for (const kind of ["input", "change"]) input.dispatchEvent(new Event(kind, { bubbles: true }));
+    }
+  }
+
   /** Asks the units themselves who they are. */
   async look() {
     await this.#slotLook.ask("");
   }
 
   async #askSlots() {
-    const { unit_type, decoder, slots } = this.entered();
-    return post("setup/look", { unit_type, decoder, slots });
+    const { mail, ...devices } = this.entered();
+    return post("setup/look", devices);
   }
 
   /**
@@ -171,12 +200,16 @@ export class SetupForm {
     for (const field of fields) field.check();
   }
 
-  /** The same of a command that the station has refused; whether its refusal names a field. */
+  /**
+   * The same of a command that the station has refused.
+   * @returns {{step: string, field: Field} | null} where it stands; null: the refusal names no field
+   */
   tellRefusal(error) {
     const field = error.where ? this.#fieldOf(error.where) : undefined;
-    field?.tell(said(error.message));
-    field?.input.focus();
-    return field !== undefined;
+    if (!field) return null;
+    field.tell(said(error.message));
+    field.input.focus();
+    return { step: STEPS.find((step) => this.#fieldsOf(step).includes(field)) ?? "", field };
   }
 
   /** @returns {Field | null} the first field of a step at which a mistake stands */

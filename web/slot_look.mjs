@@ -37,6 +37,8 @@ export class SlotLook {
   /** @type {SlotFinding[]} */
   #findings = [];
   #expiry = 0;
+  /** An answer to a question that was asked before is about other slots. */
+  #turn = 0;
 
   /**
    * @param {any} fields the element with the inputs that name their slots
@@ -51,13 +53,17 @@ export class SlotLook {
   /** Throws where the station does not look. */
   async ask(user) {
     this.forget();
-    this.#findings = (await this.#look(user)).slots;
+    const turn = this.#turn;
+    const { slots } = await this.#look(user);
+    if (turn !== this.#turn) return;
+    this.#findings = slots;
     this.#expiry = setTimeout(() => this.forget(), KEPT_MS);
     this.#show();
   }
 
   forget() {
     clearTimeout(this.#expiry);
+    this.#turn += 1;
     this.#findings = [];
     this.#show();
   }

@@ -31,7 +31,7 @@ export const text = {
   notWhole: "Bitte eine ganze Zahl eingeben.",
   chamber: {
     title: "Welche Temperaturkammer?",
-    about: "Wählen Sie den Regler Ihrer Kammer und geben Sie an, wie er angeschlossen ist. Steht Ihrer nicht in der Liste? Nehmen Sie den, der ihm am nächsten kommt; wie man eine eigene Beschreibung anlegt, steht in der Anleitung unter Hardware.",
+    about: "Wählen Sie den Regler Ihrer Kammer und geben Sie an, wie er angeschlossen ist. Steht Ihrer nicht in der Liste? Nehmen Sie keinen anderen: Er bekäme falsche Befehle. Dann kann die Station hier nicht eingerichtet werden. Legen Sie für Ihren Regler eine Beschreibung an (wie, steht in der Anleitung unter Hardware), und schreiben Sie die Konfiguration mit einem Editor.",
   },
   try: {
     button: "Ausprobieren",
@@ -90,7 +90,8 @@ export const text = {
     toField: "Dorthin",
     user: "Ihr Name, für das Protokoll",
     write: "Schreiben und die Station starten",
-    writing: "Die Konfiguration ist geschrieben. Die Station startet …",
+    use: "Damit weitermachen",
+    starting: "Die Konfiguration ist da. Die Station startet …",
     slow: "Die Station antwortet noch nicht. Warum, steht in ihrem Protokoll: journalctl -u soakd, oder im Terminal, in dem Sie sie gestartet haben.",
   },
   noAnswer: "Die Station antwortet nicht: Läuft soakd?",

@@ -30,7 +30,7 @@ export const text = {
   notWhole: "Please enter a whole number.",
   chamber: {
     title: "Which chamber?",
-    about: "Choose the controller of your chamber and say how it is connected. Is yours not in the list? Take the one that is most like it, and see Hardware in the guide for how to write a map of your own.",
+    about: "Choose the controller of your chamber and say how it is connected. Is yours not in the list? Do not take another one: it would be given wrong commands. Then the station cannot be set up here. Write a map for your controller (the guide says how, under Hardware), and the configuration with an editor.",
   },
   try: {
     button: "Try it",
@@ -89,7 +89,8 @@ export const text = {
     toField: "Go there",
     user: "Your name, for the log",
     write: "Write it and start the station",
-    writing: "The configuration is written. The station starts…",
+    use: "Go on with it",
+    starting: "The configuration is there. The station starts…",
     slow: "The station does not answer yet. Its log says why: journalctl -u soakd, or the terminal in which you started it.",
   },
   noAnswer: "The station does not answer: is soakd running?",

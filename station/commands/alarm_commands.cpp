@@ -26,7 +26,8 @@ struct AlarmSend final : Command {
   void declare(OptionList& options) override {
     options.add("text TEXT", &text, "What happened, in one line").required();
     options.add("--config FILE", &config,
-                "The station's configuration, which names mail and webhook (default: station.toml in the data folder)");
+                "The station's configuration, which names mail and webhook (default, and while FILE is the template: "
+                "station.toml in the data folder)");
   }
   base::Status run(Output& output) override;
 };

@@ -53,6 +53,7 @@ std::optional<StationConfig> read_config(const DoctorCommand& command, std::vect
   const auto place = place_of_config(command.config, command.data);
   // The template of a station that is not set up yet is looked at as it is: somebody may be about to edit it.
   auto config = read_station_config(place && place->is_there ? place->file : std::filesystem::path(command.config));
+  if (config && config->data.empty() && place) config->data = place->data;
   if (config) return *std::move(config);
   const base::Error& error = config.error();
   checks.push_back({"configuration", CheckOutcome::failed,

@@ -30,7 +30,8 @@ struct ChamberMakeSafe final : Command {
 
   void declare(OptionList& options) override {
     options.add("--config FILE", &config,
-                "Station configuration, as for soakd (default: station.toml in the data folder); [room] sets the safe "
+                "Station configuration, as for soakd (default, and while FILE is the template: station.toml in the "
+                "data folder); [room] sets the safe "
                 "temperature");
   }
   base::Status run(Output& output) override;

@@ -439,16 +439,10 @@ base::Result<StationConfig> read_station_config(const std::filesystem::path& fil
 base::Result<StationConfig> find_station_config(const std::filesystem::path& file, std::string_view data_option) {
   const auto place = place_of_config(file, data_option);
   if (!place) return base::forward_error(place);
-  if (!place->is_there) {
-    constexpr std::string_view kTemplate = "'soakd --write-config' prints one to begin with";
-    return base::bad_input(
-        place->is_usual
-            ? fmt::format("this station is not set up: start soakd and open its page, or write the file; {}", kTemplate)
-            : fmt::format("there is no such file; {}", kTemplate),
-        place->file.string());
-  }
+  if (!place->is_there) return tl::unexpected<base::Error>(no_config_at(*place));
   auto config = read_station_config(place->file);
   if (!config) return base::forward_error(config);
+  if (config->data.empty()) config->data = place->data;
   const auto folder = data_folder(data_option.empty() ? config->data.string() : data_option);
   if (!folder) return base::forward_error(folder);
   config->data = *folder;

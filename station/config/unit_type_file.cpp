@@ -251,10 +251,14 @@ std::vector<calib::Warning> unit_type_warnings(const std::string& name) {
 
 std::filesystem::path default_unit_type_folder() {
   if (const char* types = std::getenv(kUnitTypesVariable); types != nullptr && *types != '\0') return types;
-  if (const char* procedures = std::getenv("SOAK_PROCEDURES"); procedures != nullptr && *procedures != '\0') {
-    return std::filesystem::path(procedures) / "units";
-  }
-  return std::filesystem::path(settings::shipped("procedures", SOAK_PROCEDURES_FOLDER)) / "units";
+  return shipped_procedures() / "units";
+}
+
+std::filesystem::path shipped_procedures() {
+  const char* procedures = std::getenv("SOAK_PROCEDURES");
+  const bool is_set = procedures != nullptr && *procedures != '\0';
+  return std::filesystem::absolute(is_set ? std::string(procedures)
+                                          : std::string(settings::shipped("procedures", SOAK_PROCEDURES_FOLDER)));
 }
 
 }  // namespace soak::station

@@ -62,4 +62,8 @@ inline constexpr const char* kUnitTypesVariable = "SOAK_UNIT_TYPES";
 /// installed in, else that of the checkout which it was built from; need not exist.
 [[nodiscard]] std::filesystem::path default_unit_type_folder();
 
+/// The folder of procedures, with the maps of chambers and fixtures beside them, absolute: $SOAK_PROCEDURES, else the
+/// shipped one; need not exist.
+[[nodiscard]] std::filesystem::path shipped_procedures();
+
 }  // namespace soak::station

@@ -127,6 +127,20 @@ base::Result<CertificateFiles> certificate_for_others(const StationConfig& confi
   return files;
 }
 
+/// Refuses (bad_input) where a campaign is open: its station was set up, and has lost its file. Nothing but that file
+/// says where the chamber is that may be hot or cold.
+base::Status may_be_set_up(const ConfigPlace& place, const db::Catalog& catalog) {
+  const auto open = catalog.open_campaign();
+  if (!open) return base::forward_error(open);
+  if (!*open) return {};
+  return base::bad_input(
+      fmt::format(
+          "the configuration is missing, and campaign '{}' is not over: look at the chamber, then bring the file "
+          "back, or write it anew with an editor; 'soakd --write-config' prints one to begin with",
+          (*open)->name),
+      place.file.string());
+}
+
 /// The configuration of a station that has none is to be written in the browser: serves that page until it is, or until
 /// somebody ends the program; whether it is. `listen` becomes the address that was served, where its port was any.
 base::Result<bool> set_up(const std::filesystem::path& file, db::Catalog& catalog, std::string& listen,
@@ -158,7 +172,7 @@ base::Result<bool> set_up(const std::filesystem::path& file, db::Catalog& catalo
     manager.still_alive();
   }
   signals.release();
-  return is_written;
+  return is_written && !is_ended;
 }
 
 /// `soakd` with a configuration, until it is asked to stop.
@@ -215,6 +229,7 @@ base::Status run_daemon(const DaemonOptions& options) {
     auto taken = OwnFolder::take(options.data);
     if (!taken) return base::forward_error(taken);
     own.emplace(*std::move(taken));
+    if (auto may = may_be_set_up(*place, own->catalog); !may) return may;
     const auto is_set_up = set_up(place->file, own->catalog, listen, manager, signals);
     if (!is_set_up) return base::forward_error(is_set_up);
     if (!*is_set_up) return {};

@@ -142,7 +142,7 @@ EnteredMail mail_in(Entered entered) {
 }  // namespace
 
 std::filesystem::path shipped_maps(std::string_view section) {
-  return default_unit_type_folder().parent_path() / (std::string(section) + "s");
+  return shipped_procedures() / (std::string(section) + "s");
 }
 
 Result<SetupForm> setup_form_of(const json& body) {

@@ -9,9 +9,11 @@
 #include <functional>
 #include <mutex>
 #include <nlohmann/json.hpp>
+#include <system_error>
 #include <utility>
 
 #include "hal/devices/survey.h"
+#include "station/config/station_config.h"
 #include "station/config/unit_type_file.h"
 #include "station/http/api.h"
 #include "station/http/front.h"
@@ -31,6 +33,7 @@ using base::Result;
 using nlohmann::json;
 
 const std::string kWritePath = std::string(kApiPath) + "setup/write";
+const std::string kUsePath = std::string(kApiPath) + "setup/use";
 constexpr int kDone = 200;  // status of HTTP
 
 json port_choices() {
@@ -73,6 +76,7 @@ Result<json> look_into_entered(const json& body, const std::atomic<bool>& stop) 
   if (!form) return base::forward_error(form);
   const auto slots = entered_slots(*form);
   if (!slots) return base::forward_error(slots);
+  if (auto own = refuse_shared_ports(*form); !own) return base::forward_error(own);
   const auto findings = look_into_slots(*slots, stop);
   if (!findings) return base::forward_error(findings);
   return look_document(*findings);
@@ -107,7 +111,8 @@ struct SetupServer::Running {
     });
     // Called when an answer is sent: who has asked for the file shall hear that it is there.
     listener.set_logger([this](const httplib::Request& request, const httplib::Response& response) {
-      if (request.path == kWritePath && response.status == kDone) tell_written();
+      const bool is_end = request.path == kWritePath || request.path == kUsePath;
+      if (is_end && response.status == kDone) tell_written();
     });
     add_routes();
   }
@@ -124,22 +129,20 @@ struct SetupServer::Running {
       }
       answer(response, choices());
     });
-    add_post("setup/try", [this](const json& body) {
-      const std::lock_guard lock(turn);
-      return try_controller(body);
-    });
-    add_post("setup/look", [this](const json& body) {
-      const std::lock_guard lock(turn);
-      return look_into_entered(body, stop);
-    });
+    add_post("setup/try", [this](const json& body) { return in_turn([&] { return try_controller(body); }); });
+    add_post("setup/look", [this](const json& body) { return in_turn([&] { return look_into_entered(body, stop); }); });
     add_post("setup/check", [this](const json& body) -> Result<json> {
       const auto form = setup_form_of(body);
       if (!form) return base::forward_error(form);
       return setup_check_document(check_setup(*form, file));
     });
     add_post("setup/write", [this](const json& body) {
-      const std::lock_guard lock(turn);
+      const std::lock_guard lock(file_turn);
       return write(body);
+    });
+    add_post("setup/use", [this](const json& body) {
+      const std::lock_guard lock(file_turn);
+      return use(body);
     });
     listener.Get("/([^/]*)", [](const auto& request, auto& response) {
       const std::string name = request.matches[1].str();
@@ -177,11 +180,38 @@ struct SetupServer::Running {
     const SetupCheck check = check_setup(*form, file);
     if (!check.mistakes.empty()) return base::bad_input(check.mistakes[0].message, check.mistakes[0].field);
     if (auto written = write_new_config(file, check.toml); !written) return base::forward_error(written);
-    const std::string what = fmt::format("configuration written on the set-up page, {} slots", form->slots.size());
-    const auto noted = catalog.log_event({now_utc_s(), "station_set_up", file.string(), what, *user});
-    if (!noted) log_line("the event log does not tell of the configuration: " + noted.error().message);
+    note_set_up(fmt::format("configuration written on the set-up page, {} slots", form->slots.size()), *user);
     log_line("wrote " + file.string());
     return json{{"file", file.string()}};
+  }
+
+  /// Goes on with the file that is there although nobody has written it here.
+  [[nodiscard]] Result<json> use(const json& body) {
+    if (auto known = only_members(body, {"user"}); !known) return base::forward_error(known);
+    const auto user = line_member(body, "user", "unknown");
+    if (!user) return base::forward_error(user);
+    std::error_code failure;
+    if (!std::filesystem::exists(file, failure) && !failure) {
+      return base::bad_input(fmt::format("there is no file {}", file.string()), "state");
+    }
+    if (const auto config = read_station_config(file); !config) return base::forward_error(config);
+    note_set_up("went on with the configuration that was there", *user);
+    return json{{"file", file.string()}};
+  }
+
+  void note_set_up(const std::string& what, const std::string& user) {
+    const auto noted = catalog.log_event({now_utc_s(), "station_set_up", file.string(), what, user});
+    if (!noted) log_line("the event log does not tell of the configuration: " + noted.error().message);
+  }
+
+  /// Devices have one reader at a time. Who asks meanwhile does not wait: the end would have to wait for all of them.
+  template <class Ask>
+  Result<json> in_turn(Ask ask) {
+    const std::unique_lock lock(turn, std::try_to_lock);
+    if (!lock.owns_lock() || stop) {
+      return base::bad_input("a device is being asked already: try again when that is over", "state");
+    }
+    return ask();
   }
 
   void tell_written() {
@@ -194,7 +224,8 @@ struct SetupServer::Running {
   std::filesystem::path file;
   db::Catalog& catalog;
   std::vector<std::string> own_names;
-  std::mutex turn;                 ///< of devices, which have one reader at a time, and of the file
+  std::mutex turn;                 ///< of devices
+  std::mutex file_turn;            ///< of the configuration
   std::atomic<bool> stop = false;  ///< of a look into the slots
   std::mutex mutex;
   std::condition_variable told;

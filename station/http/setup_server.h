@@ -13,7 +13,8 @@
 namespace soak::station {
 
 /// The page on which a station is set up that has no configuration yet, and its interface (docs/http-api.md, "Before a
-/// station is set up"). It reads devices and writes to none. There are no accounts yet: it is for a loopback address.
+/// station is set up"). It only reads from chamber and fixture, and tells units what to send. There are no accounts
+/// yet: it is for a loopback address.
 class SetupServer {
  public:
   /// `file`: where the configuration is to be. `catalog`, whose event log tells who has written it, must outlive the

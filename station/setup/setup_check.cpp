@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "station/setup/setup_check.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <cstddef>
+#include <cstdio>
 #include <optional>
 #include <system_error>
 #include <utility>
@@ -96,6 +98,23 @@ std::vector<SetupMistake> empty_in_slots(const SetupForm& form) {
   return mistakes;
 }
 
+/// Two names of one serial port are one port.
+bool is_same_port(const std::optional<std::string>& a, const std::optional<std::string>& b) {
+  if (!a || !b || a->empty() || b->empty()) return false;
+  std::error_code failure;
+  return *a == *b || std::filesystem::equivalent(*a, *b, failure);
+}
+
+/// Never takes the place of another file; the error number. Folders on memory cards know no hard links, those of some
+/// servers no such rename: one of the two works.
+int give_new_name(const std::filesystem::path& from, const std::filesystem::path& to) {
+  if (::renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), RENAME_NOREPLACE) == 0) return 0;
+  if (errno != EINVAL && errno != ENOSYS) return errno;
+  if (::link(from.c_str(), to.c_str()) != 0) return errno;
+  ::unlink(from.c_str());
+  return 0;
+}
+
 tl::unexpected<base::Error> refused_first(const SetupMistake& mistake) {
   return base::bad_input(mistake.message, mistake.field);
 }
@@ -133,16 +152,25 @@ base::Result<std::vector<Slot>> entered_slots(const SetupForm& form) {
   return slots;
 }
 
+base::Status refuse_shared_ports(const SetupForm& form) {
+  for (std::size_t i = 0; i < form.slots.size(); ++i) {
+    const auto& port = form.slots[i].address.device;
+    const bool is_chambers = is_same_port(port, form.chamber.address.device);
+    if (!is_chambers && !(form.fixture && is_same_port(port, form.fixture->address.device))) continue;
+    return refused_first({fmt::format("slots.{}.device", i),
+                          fmt::format("the {} is at this port: nothing is sent there that is meant for a unit",
+                                      is_chambers ? "chamber" : "fixture")});
+  }
+  return {};
+}
+
 base::Status write_new_config(const std::filesystem::path& file, std::string_view toml) {
   const std::filesystem::path partial = file.string() + ".new";
   if (auto written = write_text_file(partial, toml); !written) return written;
-  // Unlike a rename it never takes the place of another file.
-  const int error = ::link(partial.c_str(), file.c_str()) == 0 ? 0 : errno;
-  ::unlink(partial.c_str());
+  const int error = give_new_name(partial, file);
+  if (error != 0) ::unlink(partial.c_str());
   if (error == EEXIST) {
-    return base::bad_input(
-        fmt::format("there is a file {} already: it is not written over. Start soakd again to use it", file.string()),
-        "state");
+    return base::bad_input(fmt::format("there is a file {} already: it is not written over", file.string()), "state");
   }
   if (error != 0) {
     return base::fail(base::ErrorKind::internal, "cannot write: " + std::generic_category().message(error),

@@ -36,6 +36,10 @@ struct SetupCheck {
 /// The slots that were entered. Refuses as entered_controller() does.
 [[nodiscard]] base::Result<std::vector<Slot>> entered_slots(const SetupForm& form);
 
+/// Refuses (bad_input) slots at the serial port of the chamber or of the fixture, by whichever of its names: what units
+/// are told to send is no request of theirs.
+[[nodiscard]] base::Status refuse_shared_ports(const SetupForm& form);
+
 /// Writes the configuration to a file that is not there yet, synced, all of it or nothing. Refuses (bad_input, where ==
 /// "state") to write over one that is, also one that appeared just now.
 [[nodiscard]] base::Status write_new_config(const std::filesystem::path& file, std::string_view toml);

@@ -64,7 +64,7 @@ class Packages(unittest.TestCase):
             text = (self.soak / "usr/lib/systemd/system" / (service + ".service")).read_text(encoding="utf-8")
             for program in programs:
                 self.assertIn(f"/usr/bin/{program} ", text)
-        # soakd takes the template for no configuration as long as not a byte of it is changed.
+        # soakd takes the template for no configuration as long as nothing but its comments is changed.
         template = (self.soak / "etc/soak/station.toml").read_text(encoding="utf-8")
         self.assertEqual(template.replace('"/usr/', f'"{self.soak}/usr/'), self.program("soakd", "--write-config"))
         self.assertIn("/etc/soak/station.toml\n", (self.soak / "DEBIAN/conffiles").read_text(encoding="utf-8"))

@@ -12,6 +12,7 @@
 #include <sstream>
 
 #include "settings/reader.h"
+#include "station/config/config_place.h"
 #include "station/setup/setup_check.h"
 #include "station/setup/setup_choices.h"
 
@@ -103,6 +104,32 @@ TEST_F(SetupFiles, WritesAConfigurationOnceAndLeavesNothingElseBehind) {
   EXPECT_EQ(again.error().where, "state");
   EXPECT_EQ(settings::read_text(file.string()).value_or(""), "a = 1\n");
   EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder_), {}), 1);
+}
+
+TEST_F(SetupFiles, LooksIntoTheFolderOfTheServiceWhereTheFileIsTheTemplateAndNoFolderIsNamed) {
+  write("etc/station.toml", config_template());
+  const auto file = folder_ / "etc/station.toml";
+  const auto service = folder_ / "service";
+  ::setenv("SOAK_DATA", (folder_ / "own").c_str(), 1);
+  const auto before = place_of_config(file, "", service);
+  ASSERT_TRUE(before);
+  EXPECT_FALSE(before->is_there);
+  EXPECT_EQ(before->searched, (std::vector<std::filesystem::path>{folder_ / "own", service}));
+  EXPECT_NE(no_config_at(*before).message.find(file.string() + " is still the template"), std::string::npos);
+  write("service/station.toml", "a = 1\n");
+  const auto found = place_of_config(file, "", service);
+  ASSERT_TRUE(found);
+  EXPECT_TRUE(found->is_there);
+  EXPECT_EQ(found->file, service / "station.toml");
+  EXPECT_EQ(found->data, service);
+  const auto named = place_of_config(file, (folder_ / "own").string(), service);
+  ASSERT_TRUE(named);
+  EXPECT_FALSE(named->is_there);
+  write("own/station.toml", "a = 1\n");
+  const auto own = place_of_config(file, "", service);
+  ASSERT_TRUE(own);
+  EXPECT_EQ(own->file, folder_ / "own/station.toml");
+  ::unsetenv("SOAK_DATA");
 }
 
 TEST_F(SetupFiles, OffersAdaptersByTheNameThatStaysAndNoPortWithoutHardware) {

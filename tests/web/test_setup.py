@@ -1,9 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """The first start of a station: a real `soakd` without a configuration is set up in a real browser before a real `soaksim`, and what it
 answers to whoever sets it up is as docs/openapi.yaml says."""
+import concurrent.futures
+import contextlib
 import os
 import pathlib
 import socket
+import sqlite3
 import subprocess
 import sys
 import tempfile
@@ -15,7 +18,7 @@ import jsonschema
 from pymodbus.client import ModbusTcpClient
 
 from browser import BROWSER, DRIVER, Browser
-from new_station import ROOT, Laboratory, NewStation, bin_folder, unused_port
+from new_station import PATIENCE_S, ROOT, Laboratory, NewStation, bin_folder, unused_port
 from test_accessibility import AXE, SERIOUS
 from test_language import ENGLISH, SHOWN
 from test_openapi import EVERY, SETUP, body_of, check, parameters_of, resolved, wrong_values
@@ -45,6 +48,8 @@ class WithStation(unittest.TestCase):
         status, document = self.station.ask("setup/check", body)
         self.assertEqual(status, 200, document)
         check_schema(document, "http-setup-check")
+        fields = [mistake["field"] for mistake in document["mistakes"]]
+        self.assertEqual(len(fields), len(set(fields)), document)
         return document["text"], {mistake["field"]: mistake["message"] for mistake in document["mistakes"]}
 
     def refused(self, path, body):
@@ -119,6 +124,53 @@ class Interface(WithStation):
         self.assertEqual(sorted(path.name for path in self.station.data.iterdir() if "station.toml" in path.name), ["station.toml"])
         self.assertEqual(self.station.events(), [])
 
+    def test_it_goes_on_with_a_file_that_is_there_by_then_if_it_is_sound(self):
+        self.assertEqual(self.refused("setup/use", {})[:2], (409, "state"))
+        text, _ = self.checked(form())
+        self.station.file.write_text("[chamber]\n", encoding="utf-8")
+        status, where, message = self.refused("setup/use", {})
+        self.assertEqual((status, where), (400, str(self.station.file)), message)
+        self.station.file.write_text(text, encoding="utf-8")
+        status, document = self.station.ask("setup/use", {"user": "Eva"})
+        self.assertEqual(status, 200, document)
+        check_schema(document, "http-setup-write")
+        self.station.process.stdout.readline()
+        self.assertEqual([slot["name"] for slot in self.station.ask("stored")[1]["slots"]], ["1", "2"])
+        self.assertEqual([(event["kind"], event["user"]) for event in self.station.events()], [("station_set_up", "Eva")])
+
+    def test_no_unit_is_looked_for_at_the_port_of_chamber_or_fixture(self):
+        port = self.station.folder / "port"
+        other = self.station.folder / "by-id"
+        port.touch()
+        other.symlink_to(port)
+        devices = {"chamber": {"map": "watlow-f4t.toml", "device": str(port)}, "fixture": {"map": "modbus-positioner.toml", "device": str(port)}}
+        for section, controller in devices.items():
+            body = form(**{section: controller}, slots=[{"name": "1", "host": "127.0.0.1", "port": 4001}, {"name": "2", "device": str(other)}])
+            status, where, message = self.refused("setup/look", body)
+            self.assertEqual((status, where), (400, "slots.1.device"))
+            self.assertIn(section, message)
+
+    def test_while_a_device_is_asked_no_other_question_waits_for_it(self):
+        with socket.socket() as silent:
+            silent.bind(("127.0.0.1", 0))
+            silent.listen()
+            slots = [{"name": "1", "host": "127.0.0.1", "port": silent.getsockname()[1]}]
+            with concurrent.futures.ThreadPoolExecutor() as pool:
+                look = pool.submit(self.station.ask, "setup/look", form(slots=slots))
+                silent.settimeout(60)
+                wire, _ = silent.accept()
+                with wire:
+                    for path, body in (("setup/look", form(slots=slots)), ("setup/try", {"section": "chamber", "chamber": form()["chamber"]})):
+                        self.assertEqual(self.refused(path, body)[:2], (409, "state"))
+                    self.assertEqual(look.result()[0], 200)
+
+    def test_maps_come_from_the_procedures_wherever_the_types_are(self):
+        self.station.stop()
+        with mock.patch.dict(os.environ, {"SOAK_UNIT_TYPES": str(self.station.folder)}):
+            self.station.start()
+        names = [one["file"] for one in self.station.ask("setup")[1]["chambers"]]
+        self.assertIn("watlow-f4t.toml", names)
+
     def test_pages_of_others_are_kept_out_and_nothing_else_of_the_interface_is_there(self):
         for headers in ({"Host": "evil.example"}, {"Origin": "https://evil.example"}):
             for path, body in (("setup", None), ("setup/write", form())):
@@ -187,6 +239,15 @@ class Start(unittest.TestCase):
         self.assertEqual(station.stop(), 0)
         self.assertFalse(station.file.exists())
 
+    def test_an_end_that_is_asked_for_while_the_file_is_written_is_not_lost(self):
+        station = NewStation()
+        self.addCleanup(station.close)
+        station.process.terminate()
+        with contextlib.suppress(OSError):  # it may have ended by then
+            station.ask("setup/write", form())
+        self.assertEqual(station.process.wait(PATIENCE_S), 0)
+        station.process.stdout.close()
+
     def test_the_template_of_the_package_counts_as_none_and_stays_as_it_is(self):
         soakd = pathlib.Path(bin_folder()) / "soakd"
         text = subprocess.run([soakd, "--write-config"], capture_output=True, text=True, check=True).stdout
@@ -209,6 +270,50 @@ class Start(unittest.TestCase):
         done = subprocess.run([soakd, "--config", template, "--data", station.data], capture_output=True, text=True, timeout=60)
         self.assertEqual(done.returncode, 2)
         self.assertIn("slots", done.stderr)
+
+    def test_the_template_is_known_whatever_its_comments_and_the_folder_of_its_maps(self):
+        soakd = pathlib.Path(bin_folder()) / "soakd"
+        station = NewStation()
+        self.addCleanup(station.close)
+        station.stop()
+        template = station.folder / "etc-station.toml"
+        for variable, value in (("SOAK_PROCEDURES", str(station.folder)), ("SOAK_UNIT_TYPES", "/elsewhere/units")):
+            with mock.patch.dict(os.environ, {variable: value}):
+                text = subprocess.run([soakd, "--write-config"], capture_output=True, text=True, check=True).stdout
+            template.write_text("# of an older version\n" + text.replace("# listen", "# once listen"), encoding="utf-8")
+            station.start("--config", template)
+            self.assertEqual(station.ask("setup")[1]["file"], str(station.file))
+            station.stop()
+        for before, after in (("# listen", "listen"), ('"192.168.7.20"', '"192.168.7.21"'), ("watlow-f4t", "no-such")):
+            template.write_text(text.replace(before, after, 1), encoding="utf-8")
+            self.assertNotEqual(template.read_text(encoding="utf-8"), text)
+            done = subprocess.run([pathlib.Path(bin_folder()) / "soak", "chamber", "make-safe", "--config", template, "--data", station.data], capture_output=True, text=True, timeout=120)
+            self.assertNotIn("template", done.stderr)
+
+    def test_a_command_with_the_template_says_so_and_where_it_has_looked(self):
+        station = NewStation()
+        self.addCleanup(station.close)
+        template = station.folder / "etc-station.toml"
+        template.write_text(subprocess.run([pathlib.Path(bin_folder()) / "soakd", "--write-config"], capture_output=True, text=True, check=True).stdout, encoding="utf-8")
+        with mock.patch.dict(os.environ, {"SOAK_DATA": str(station.data)}):
+            for command in (["chamber", "make-safe"], ["alarm", "send", "a test"]):
+                done = subprocess.run([pathlib.Path(bin_folder()) / "soak", *command, "--config", template], capture_output=True, text=True, timeout=60)
+                self.assertEqual(done.returncode, 2)
+                for part in (f"{template} is still the template", f"{station.data} and /var/lib/soak"):
+                    self.assertIn(part, done.stderr)
+
+    def test_a_station_with_an_open_campaign_that_has_lost_its_file_is_not_set_up_anew(self):
+        station = NewStation()
+        self.addCleanup(station.close)
+        station.stop()
+        with contextlib.closing(sqlite3.connect(station.data / "station.db")) as catalog, catalog:
+            catalog.create_function("soak_seal", -1, lambda seal, *_: seal)
+            catalog.execute("INSERT INTO campaign (name, procedure) VALUES ('hot', 'p')")
+            catalog.execute("INSERT INTO journal (campaign, document, state, reason, created_utc_s, updated_utc_s) VALUES ('hot', '{}', 'running', '', 1, 1)")
+        done = subprocess.run([pathlib.Path(bin_folder()) / "soakd", "--data", station.data, "--listen", "127.0.0.1:0"], capture_output=True, text=True, timeout=60)
+        self.assertEqual((done.returncode, done.stdout), (2, ""))
+        self.assertIn("'hot'", done.stderr)
+        self.assertIn(str(station.file), done.stderr)
 
     def test_others_than_this_machine_cannot_set_it_up(self):
         station = NewStation()
@@ -345,6 +450,73 @@ class OnThePage(WithStation):
         self.browser.click("#write")
         self.see("#failure", "not written over")
         self.assertEqual(self.station.file.read_text(encoding="utf-8"), "# of somebody else\n")
+        self.browser.click("#use")
+        self.see("#failure", "chamber")
+        self.station.file.write_text(self.checked(form())[0], encoding="utf-8")
+        self.browser.wait("return !document.querySelector('#write').disabled")
+        self.browser.click("#write")
+        self.see("#failure", "not written over")
+        self.browser.click("#use")
+        self.browser.wait("return location.pathname === '/' && document.querySelector('#air') !== null")
+
+    def test_another_language_keeps_what_was_entered(self):
+        self.enter_chamber(5020)
+        self.go_to("units")
+        self.enter_slot(4001)
+        self.choose("decoder", "vectornav")
+        self.browser.click("#slot-more")
+        self.fill("slots-1-name", "oben")
+        self.browser.run("window.isOld = true")
+        self.choose("language", "de")
+        self.browser.wait("return window.isOld === undefined && document.querySelector('#steps [aria-current]')?.dataset.step === 'units'")
+        values = self.browser.run("return ['chamber-map', 'chamber-host', 'chamber-port', 'unit_type', 'decoder', 'slots-0-port', 'slots-1-name'].map((id) => document.getElementById(id).value)")
+        self.assertEqual(values, ["watlow-f4t.toml", "127.0.0.1", "5020", "mti-300", "vectornav", "4001", "oben"])
+        self.browser.run("localStorage.clear()")
+
+    def test_what_a_controller_answered_is_gone_with_another_address(self):
+        self.enter_chamber(self.lab.ports["chamber"])
+        self.browser.click("#chamber-try")
+        self.see("#chamber-answer", f"127.0.0.1:{self.lab.ports['chamber']}: It answers.")
+        self.fill("chamber-port", "1")
+        self.assertEqual(self.browser.run("return document.querySelector('#chamber-answer').innerText"), "")
+
+    def test_what_was_found_in_a_slot_is_gone_with_another_address_and_a_late_answer_is_dropped(self):
+        self.go_to("units")
+        self.enter_slot(unused_port())
+        found = "return document.querySelector('#slots .found')?.innerText ?? ''"
+        self.browser.click("#look")
+        self.browser.wait(found)
+        self.fill("slots-0-port", "1")
+        self.assertEqual(self.browser.run(found), "")
+        with socket.socket() as silent:
+            silent.bind(("127.0.0.1", 0))
+            silent.listen()
+            self.fill("slots-0-port", silent.getsockname()[1])
+            self.browser.click("#look")
+            self.browser.click("#slot-more")
+            self.browser.wait("return !document.querySelector('#look').disabled")
+            self.assertEqual(self.browser.run(found), "")
+
+    def test_next_says_which_field_of_another_step_is_in_the_way(self):
+        self.go_to("units")
+        self.browser.run("document.querySelector('#slots-0-host').value = 'x'.repeat(300)")
+        self.go_to("chamber")
+        self.enter_chamber(5020)
+        self.browser.click("#next")
+        self.see("#failure", "Units, Slot 1, Address or name")
+        self.browser.click("#failure button")
+        self.wait_for_step("units")
+        self.assertEqual(self.browser.run("return document.activeElement.id"), "slots-0-host")
+
+    def test_a_station_that_is_gone_is_said_in_words(self):
+        self.enter_chamber(5020)
+        self.station.stop()
+        self.browser.click("#chamber-try")
+        self.see("#failure", "is soakd running?")
+        self.go_to("units")
+        self.enter_slot(4001)
+        self.browser.click("#look")
+        self.see("#look-failure", "is soakd running?")
 
     def test_it_is_worked_by_the_keyboard_alone(self):
         browser = self.browser

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+// What was entered on the page on which a station is set up, over a reload of the page: another language loads it again.
+
+const KEY = "soak-setup";
+
+/**
+ * @typedef {object} Kept
+ * @property {string} step
+ * @property {number} slots how many
+ * @property {Record<string, string>} fields name to what stands in it
+ */
+
+/** @param {Kept} kept until the tab is closed */
+export function keep(kept) {
+  sessionStorage.setItem(KEY, JSON.stringify(kept));
+}
+
+export function forgetKept() {
+  sessionStorage.removeItem(KEY);
+}
+
+/** @returns {Kept | null} null: nothing was kept here */
+export function takeKept() {
+  try {
+    return JSON.parse(sessionStorage.getItem(KEY) ?? "null");
+  } catch {
+    return null;
+  }
+}
