@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <utility>
 #include <vector>
 
@@ -20,6 +21,7 @@
 #include "db/run/run_file.h"
 #include "station/fit/fit_unit.h"
 #include "station/runs/recording_reader.h"
+#include "station/runs/still_segment.h"
 
 namespace soak::station {
 namespace {
@@ -81,6 +83,40 @@ base::Status check_curves(const db::ModelRow& model) {
                   model.version, model.unit));
 }
 
+/// What the Allan document of a sensor says of its bias instability; nothing where its curve does not show it.
+std::optional<calib::gap::InstabilityAtRest> instability_of(const nlohmann::json& allan, calib::Sensor sensor,
+                                                            const StillSegment& still) {
+  if (!allan.contains("coefficients") || !allan["coefficients"].contains("bias_instability")) return std::nullopt;
+  const nlohmann::json& found = allan["coefficients"]["bias_instability"];
+  const nlohmann::json& ci95 = found["ci95"];
+  if (!found.value("found", false) || !ci95[0].is_number() || !ci95[1].is_number()) return std::nullopt;
+  const double factor = calib::printed_per_si(sensor);
+  return calib::gap::InstabilityAtRest{.value = found["value"].get<double>() / factor,
+                                       .low = ci95[0].get<double>() / factor,
+                                       .high = ci95[1].get<double>() / factor,
+                                       .tau_s = allan["bias_instability_tau_s"].get<double>(),
+                                       .campaign = still.run.campaign,
+                                       .run = still.run.label,
+                                       .duration_s = allan["samples"].get<double>() / allan["rate_hz"].get<double>()};
+}
+
+/// Sets beside each slow noise the bias instability of the unit's longest rest, if that is half an hour or longer.
+/// Fails (corrupt) where its run file cannot be read.
+base::Status set_beside_allan(const db::Catalog& catalog, const db::ModelRow& model,
+                              std::vector<calib::gap::SensorWander>& wanders) {
+  if (wanders.empty()) return {};
+  const auto longest = longest_still_segment(catalog, model.unit, model.epoch);
+  if (!longest) return base::forward_error(longest);
+  if (!*longest || length_s((*longest)->segment) < 0.99 * calib::kKalibrLeastStill_s) return {};
+  for (calib::gap::SensorWander& wander : wanders) {
+    if ((*longest)->segment.sensor[calib::index_of(wander.sensor)].count == 0) continue;
+    const auto allan = allan_at_rest(catalog, **longest, wander.sensor);
+    if (!allan) return base::forward_error(allan);
+    wander.at_rest = instability_of(*allan, wander.sensor, **longest);
+  }
+  return {};
+}
+
 }  // namespace
 
 base::Result<calib::gap::LoggedCampaign> with_logs(const db::Catalog& catalog, calib::UnitInput input,
@@ -139,6 +175,9 @@ base::Result<GapSearch> search_gap(const db::Catalog& catalog, const std::string
   search.campaign = *std::move(logged);
   search.not_taken_off = calib::forward::subtract_terms(search.terms, search.campaign);
   search.report = calib::gap::find_gap(search.campaign, search.model.version);
+  if (const auto beside = set_beside_allan(catalog, search.model, search.report.slow_noise); !beside) {
+    return base::forward_error(beside);
+  }
   return search;
 }
 

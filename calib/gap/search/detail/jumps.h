@@ -16,7 +16,9 @@ namespace soak::calib::gap {
 /// sensor that stands out most of all is judged by noise that was estimated without it. And over all runs two levels,
 /// alone (chance_of_telegraph) and beside a wander (chance_of_jumps_beside_wander). Of a set of sensors the chance is
 /// that of all its runs together, of the run that stands out most, or of two levels, whichever is least. Nothing where
-/// the chance, adjusted, is above that of slow_noise().
+/// the chance, adjusted, is above that of slow_noise(). What is found lists the
+/// steps that stand out. It is telegraph noise where a step the other way stands out beside one of them in the same
+/// run, or only two levels tell of it; else a step where they are all of one run, and jumps where they are not.
 [[nodiscard]] std::optional<SlowNoise> jumps(const CampaignModel& model, const std::vector<NamedEffect>& effects);
 
 }  // namespace soak::calib::gap
