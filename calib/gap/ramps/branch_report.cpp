@@ -85,6 +85,7 @@ std::vector<NamedEffect> entries_of(const BranchResult& result, const std::vecto
 ResidualStructure residual_structure_of(const BranchResult& result, StructureKind kind, std::string axis,
                                         std::vector<Sensor> sensors) {
   ResidualStructure structure{.kind = kind, .axis = std::move(axis), .sensors = std::move(sensors)};
+  structure.recorded.on_ramps = true;
   for (const Sensor sensor : structure.sensors) {
     structure.p_adjusted = std::min(structure.p_adjusted, result.sensor[index_of(sensor)]->p_gap);
   }

@@ -106,11 +106,12 @@ nlohmann::json structure_json(const ResidualStructure& structure) {
                      {"sensor", name_of(step.sensor)},
                      {"t_s", step.t_s},
                      {"since_start_s", step.since_s},
+                     {"last_before_s", step.before_s},
                      {"temp_c", step.temp_c},
                      {"size", step.size * printed_per_si(step.sensor)},
                      {"unit", printed_unit(step.sensor)}});
   }
-  const StructureWords words = words_of(structure.kind);
+  const StructureWords words = words_of(structure.kind, structure.recorded);
   return {{"axis", structure.axis},
           {"kind", name_of(structure.kind)},
           {"usual", words.usual},
@@ -119,6 +120,7 @@ nlohmann::json structure_json(const ResidualStructure& structure) {
            structure.closer_plateaus_k ? nlohmann::json(*structure.closer_plateaus_k) : nlohmann::json()},
           {"p_adjusted", structure.p_adjusted},
           {"sensors", names_of(structure.sensors)},
+          {"runs", structure.recorded.on_ramps ? nlohmann::json() : nlohmann::json(structure.recorded.runs)},
           {"steps", std::move(steps)}};
 }
 

@@ -41,10 +41,11 @@ struct NamedEffect {
 struct BiasStep {
   std::string run;  ///< label
   Sensor sensor = Sensor::gyro_x;
-  double t_s = 0.0;      ///< device time of the first block after it
-  double since_s = 0.0;  ///< from the run's first block to that
-  double temp_c = 0.0;   ///< there
-  double size = 0.0;     ///< SI, with its sign
+  double t_s = 0.0;       ///< device time of the first block after it
+  double since_s = 0.0;   ///< from the run's first block, which is at a plateau, to that
+  double before_s = 0.0;  ///< from the run's first block to the last one before it
+  double temp_c = 0.0;    ///< there
+  double size = 0.0;      ///< SI, with its sign
 };
 
 /// Where something sits that the library does not know.
@@ -60,6 +61,7 @@ struct ResidualStructure {
   std::vector<Sensor> may_wander = {};
   std::optional<double> closer_plateaus_k = {};  ///< plateaus that would tell, where these leave the curve unknown
   std::vector<BiasStep> steps = {};              ///< of jumps: those that stand out, in the order of runs and time
+  Recorded recorded = {};
 };
 
 /// What the forward search found.

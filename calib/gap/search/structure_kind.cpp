@@ -66,6 +66,20 @@ constexpr std::array<Entry, 16> kEntries = {{
       "connectors and cables, and what happened at the times of the steps; if it stays with the unit, the sensor"}},
 }};
 
+constexpr int kEnoughRuns = 4;  ///< of one procedure, to measure how a bias wanders
+
+constexpr StructureWords kWanderInEnoughRuns = {
+    "something that moves slowly and is another in each run, but not as slow noise does: the room, the supply, a cable",
+    "what was not alike in the runs: the room, the supply, how the unit was mounted; record a run with all of it "
+    "alike"};
+constexpr StructureWords kSweepOnRamps = {
+    "a memory of the way the temperature came: glue, solder or the package gives way slowly, or the inside of the unit "
+    "lags behind its thermometer in a way that the library does not have",
+    "how fast the temperature moves: the same cycle at half the ramp rate shows whether the difference gets smaller"};
+constexpr StructureWords kDriftOnRamps = {
+    "something that goes on through the recording: warming up, drying, a leaking reference",
+    "what starts with the recording: power, heaters, drying of the unit; record the same cycle once more"};
+
 const Entry& entry_of(StructureKind kind) { return kEntries.at(static_cast<std::size_t>(kind)); }
 
 static_assert(kEntries.size() == static_cast<std::size_t>(StructureKind::jumps) + 1);
@@ -74,6 +88,11 @@ static_assert(kEntries.size() == static_cast<std::size_t>(StructureKind::jumps) 
 
 std::string_view name_of(StructureKind kind) { return entry_of(kind).name; }
 
-StructureWords words_of(StructureKind kind) { return entry_of(kind).words; }
+StructureWords words_of(StructureKind kind, const Recorded& recorded) {
+  if (kind == StructureKind::direction_of_sweep && recorded.on_ramps) return kSweepOnRamps;
+  if (kind == StructureKind::drift_in_run && recorded.on_ramps) return kDriftOnRamps;
+  if (kind == StructureKind::wander && recorded.runs >= kEnoughRuns) return kWanderInEnoughRuns;
+  return entry_of(kind).words;
+}
 
 }  // namespace soak::calib::gap

@@ -35,6 +35,12 @@ struct StructureWords {
   std::string_view look;   ///< where to look, after "look at "
 };
 
-[[nodiscard]] StructureWords words_of(StructureKind kind);
+/// The recordings in which such a thing was found: its words depend on them.
+struct Recorded {
+  bool on_ramps = false;  ///< judged by branches, without plateaus
+  int runs = 0;           ///< at plateaus, that were searched
+};
+
+[[nodiscard]] StructureWords words_of(StructureKind kind, const Recorded& recorded);
 
 }  // namespace soak::calib::gap

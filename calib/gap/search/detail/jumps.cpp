@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <iterator>
 #include <limits>
 #include <utility>
 
@@ -152,13 +153,30 @@ std::optional<SensorResidual> residual_without(const CampaignModel& model, const
   return model.residual_under(sensor, *noise);
 }
 
-/// Whether a step the other way stands out in the run of a step that does. (One that comes within a placement looks
-/// like two the same way.)
+/// A free level for each block from the place before a step to the place after it: a step that comes within a
+/// placement, or at a turn that was not tried, is between them and no second one.
+Eigen::MatrixXd next_to(const Observations& observations, const Step& step) {
+  const auto in_run = [&](Eigen::Index row) {
+    return row >= 0 && row < step.course.size() && observations.rows[static_cast<std::size_t>(row)].run == step.run;
+  };
+  const std::vector<Eigen::Index> places = places_in(observations, step.run);
+  const auto at = std::ranges::find(places, step.row);
+  Eigen::Index begin = at == places.begin() ? step.row - 1 : *std::prev(at);
+  while (at == places.begin() && in_run(begin - 1)) --begin;
+  Eigen::Index end = std::next(at) == places.end() ? step.row + 1 : *std::next(at);
+  while (std::next(at) == places.end() && in_run(end)) ++end;
+  Eigen::MatrixXd levels = Eigen::MatrixXd::Zero(step.course.size(), end - begin);
+  for (Eigen::Index k = 0; k < levels.cols(); ++k) levels(begin + k, k) = 1.0;
+  return levels;
+}
+
+/// Whether a step the other way stands out in the run of a step that does, away from that one.
 bool steps_back(const Observations& observations, const SensorResidual& residual, const Eigen::MatrixXd& effects,
                 double noise_dof, const Step& step) {
   if (step.p >= kGate) return false;
-  Eigen::MatrixXd known(step.course.size(), effects.cols() + 1);
-  known << effects, step.course;
+  const Eigen::MatrixXd levels = next_to(observations, step);
+  Eigen::MatrixXd known(step.course.size(), effects.cols() + 1 + levels.cols());
+  known << effects, step.course, levels;
   const Step second = strongest_step(observations, residual, known, noise_dof, step.run);
   return second.p < kGate && second.size * step.size < 0.0;
 }
@@ -210,16 +228,19 @@ BiasStep bias_step(const Observations& observations, Sensor sensor, const Step& 
   const Observation& after = observations.rows[static_cast<std::size_t>(step.row)];
   const auto of_run = [&](const Observation& row) { return row.run == step.run; };
   const auto first = std::ranges::find_if(observations.rows, of_run);
-  return {observations.runs[static_cast<std::size_t>(step.run)],
-          sensor,
-          after.t_s,
-          after.t_s - first->t_s,
-          after.temp_c,
-          step.size};
+  return {.run = observations.runs[static_cast<std::size_t>(step.run)],
+          .sensor = sensor,
+          .t_s = after.t_s,
+          .since_s = after.t_s - first->t_s,
+          .before_s = observations.rows[static_cast<std::size_t>(step.row - 1)].t_s - first->t_s,
+          .temp_c = after.temp_c,
+          .size = step.size};
 }
 
-/// Which steps stand out in the sensors found, and what kind of thing they are.
-void describe(const Observations& observations, const std::array<OfSensor, kSensorCount>& all, SlowNoise& found) {
+/// Which steps stand out in the sensors found, and what kind of thing they are; `by_levels`: they were found by two
+/// levels in all runs, not by steps.
+void describe(const Observations& observations, const std::array<OfSensor, kSensorCount>& all, bool by_levels,
+              SlowNoise& found) {
   for (int run = 0; run < observations.run_count(); ++run) {
     for (const Sensor sensor : found.sensors) {
       const Step& step = all[index_of(sensor)].steps.at(static_cast<std::size_t>(run));
@@ -228,8 +249,9 @@ void describe(const Observations& observations, const std::array<OfSensor, kSens
   }
   const auto back = [&](Sensor sensor) { return all[index_of(sensor)].back; };
   const auto elsewhere = [&](const BiasStep& step) { return step.run != found.steps.front().run; };
-  const bool to_and_fro = found.steps.empty() || std::ranges::any_of(found.sensors, back);
-  const bool in_one_run = std::ranges::none_of(found.steps, elsewhere);
+  const bool two_levels = found.steps.empty() && by_levels;
+  const bool to_and_fro = two_levels || std::ranges::any_of(found.sensors, back);
+  const bool in_one_run = !found.steps.empty() && std::ranges::none_of(found.steps, elsewhere);
   found.kind = to_and_fro ? StructureKind::telegraph_noise : in_one_run ? StructureKind::step : StructureKind::jumps;
 }
 
@@ -245,6 +267,7 @@ std::optional<SlowNoise> jumps(const CampaignModel& model, const std::vector<Nam
   }
   const auto sets = sensor_sets(sensors);
   SlowNoise best;
+  bool by_levels = false;
   for (const auto& set : sets) {
     std::vector<double> of_runs;
     std::vector<double> of_levels;
@@ -259,13 +282,15 @@ std::optional<SlowNoise> jumps(const CampaignModel& model, const std::vector<Nam
     }
     if (of_runs.empty()) continue;
     const double least = *std::min_element(of_runs.begin(), of_runs.end()) * static_cast<double>(of_runs.size());
-    const double p =
-        kWays * std::min({chance_together(of_runs), least, chance_together(of_levels), chance_together(beside_wander)});
-    const double adjusted = std::min(1.0, p * static_cast<double>(sets.size()));
-    if (adjusted < best.p_adjusted) best = {.p_adjusted = adjusted, .excess = squares, .sensors = set};
+    const double of_steps = std::min(chance_together(of_runs), least);
+    const double two_levels = std::min(chance_together(of_levels), chance_together(beside_wander));
+    const double adjusted = std::min(1.0, kWays * std::min(of_steps, two_levels) * static_cast<double>(sets.size()));
+    if (adjusted >= best.p_adjusted) continue;
+    best = {.p_adjusted = adjusted, .excess = squares, .sensors = set};
+    by_levels = two_levels < of_steps;
   }
   if (best.p_adjusted > kSlowGate) return std::nullopt;
-  describe(model.regressor_inputs().observations, found, best);
+  describe(model.regressor_inputs().observations, found, by_levels, best);
   return best;
 }
 

@@ -18,7 +18,8 @@ namespace soak::calib::gap {
 /// that of all its runs together, of the run that stands out most, or of two levels, whichever is least. Nothing where
 /// the chance, adjusted, is above that of slow_noise(). What is found lists the
 /// steps that stand out. It is telegraph noise where a step the other way stands out beside one of them in the same
-/// run, or only two levels tell of it; else a step where they are all of one run, and jumps where they are not.
+/// run, further off than the next place where one was looked for, or where no step stands out and two levels tell of it
+/// most; else a step where they are all of one run, and jumps where they are not, or where none stands out.
 [[nodiscard]] std::optional<SlowNoise> jumps(const CampaignModel& model, const std::vector<NamedEffect>& effects);
 
 }  // namespace soak::calib::gap

@@ -154,6 +154,7 @@ std::optional<ResidualStructure> find_residual_structure(const CampaignModel& mo
                                                          const std::vector<NamedEffect>& effects, double typical,
                                                          double price) {
   auto found = structure_left(model, effects, typical, price);
+  if (found) found->recorded.runs = model.regressor_inputs().observations.run_count();
   const bool is_open = found && found->forbids_names && !model.known_noise();
   if (!is_open || model.regressor_inputs().history.coarse()) return found;
   if (const auto slow = slow_noise(model, effects)) found->may_wander = slow->sensors;
