@@ -84,6 +84,7 @@ export class GapCard {
     say($("gap-verdict-title"), title);
     tell($("gap-verdict-text"), gapText(result, this.#unit.model));
     tell($("gap-sure"), gapSureOf(result, this.#unit.model));
+    show($("gap-reason"), result.verdict !== "cannot_judge"); // there it stands above
     say($("gap-reason"), result.reason);
     show($("gap-next-box"), stale === null);
     tell($("gap-next"), gapNextOf(result, carriedBy(this.#unit.model)));

@@ -66,7 +66,7 @@ function unknownText({ residual_structure: structure, suspects, gap }) {
   if (structure.kind !== "telegraph_noise" && steps.length > 0) {
     const inNoise = (step) => Math.abs(step.size) / (gap[step.sensor]?.floor_rms || 1);
     const largest = steps.reduce((a, b) => (inNoise(b) > inNoise(a) ? b : a));
-    return [G.found.step(sensorText(largest.sensor), small(largest.size), smallUnitOf(largest.sensor), largest.run, duration(60 * Math.round(largest.since_start_s / 60)), number(largest.temp_c, 0), steps.length - 1)];
+    return [G.found.step(sensorText(largest.sensor), small(largest.size), smallUnitOf(largest.sensor), largest.run, whenText(largest), number(largest.temp_c, 0), steps.length - 1)];
   }
   const where = structure.kind === "telegraph_noise" ? [G.found.jumps(sensorsText(sensors))] : G.found.follows(structure.axis, sensorsText(sensors));
   return [...G.found.unknown(where), ...size];
@@ -82,8 +82,14 @@ function limitsText(limit) {
   });
 }
 
+/** When a bias stepped: from the last block before to the first after it. */
+const whenText = ({ last_before_s: before, since_start_s: since }) => {
+  const [from, to] = [before, since].map((seconds) => duration(60 * Math.round(seconds / 60)));
+  return from === to ? to : G.steps.span(from, to);
+};
+
 /** What stands of a structure in the language of the page; nulls where it is not known. */
-const aboutOf = (structure) => G.kinds(structure?.kind ?? "") ?? { usual: null, look: null };
+const aboutOf = (structure, heldOut) => G.kinds(structure?.kind ?? "", heldOut !== "run", structure?.runs ?? 0) ?? { usual: null, look: null };
 
 /**
  * How sure that is, and what it cannot be told from.
@@ -92,12 +98,12 @@ const aboutOf = (structure) => G.kinds(structure?.kind ?? "") ?? { usual: null, 
  * @returns {import("./dom.mjs").Part[]}
  */
 export function gapSureOf(result, newest) {
-  const { verdict, effects, suspects, residual_structure: structure, detection_limit: limit, reason } = result;
+  const { verdict, effects, suspects, residual_structure: structure, held_out: heldOut, detection_limit: limit, reason } = result;
   if (isAccepted(result, newest)) return [G.sure.accepted];
   if (verdict === "none") return [G.sure.none(limitsText(limit))];
   if (verdict === "cannot_judge") return G.sure.cannotJudge(reason);
   if (verdict === "unknown") {
-    const { usual } = aboutOf(structure);
+    const { usual } = aboutOf(structure, heldOut);
     if (suspects.length > 0) return [G.sure.suspected(suspects.map(withSize), usual)];
     return usual === null ? [] : [G.sure.usual(usual)];
   }
@@ -115,10 +121,11 @@ export const acceptsNext = ({ effects }, carried) => openEffect(effects.filter((
 /** What to record, or where to look. */
 function nextOfUnknown(structure, heldOut) {
   if (heldOut === "half") return G.next.thirdBranch;
-  if (heldOut === "branch") return G.next.sameCycle;
+  if (heldOut === "branch" && structure?.kind === "drift_in_run") return G.next.sameCycle;
   const apart = structure?.closer_plateaus_k ?? null;
   if (apart !== null) return G.next.plateaus(apart);
-  const { look } = aboutOf(structure);
+  const { look } = aboutOf(structure, heldOut);
+  if (structure === null) return G.next.again;
   return look === null ? G.next.unknown : G.next.look(look);
 }
 
@@ -166,8 +173,8 @@ export const slowNoiseRows = (list) => list.map(({ sensor, within_run: size, sha
  * Rows of the table of steps.
  * @param {import("./documents.mjs").BiasStep[]} steps
  */
-export const stepRows = (steps) => steps.map(({ run, sensor, since_start_s: since, temp_c: temp, size }) => [
-  run, sensorText(sensor), duration(60 * Math.round(since / 60)), number(temp, 1), small(size), smallUnitOf(sensor)]);
+export const stepRows = (steps) => steps.map((step) => [
+  step.run, sensorText(step.sensor), whenText(step), number(step.temp_c, 1), small(step.size), smallUnitOf(step.sensor)]);
 
 // ---- before and after
 

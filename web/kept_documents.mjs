@@ -186,6 +186,7 @@ export {};
  * @property {string} sensor
  * @property {number} t_s
  * @property {number} since_start_s
+ * @property {number} last_before_s
  * @property {number} temp_c
  * @property {number} size
  * @property {"deg/s" | "m/s2"} unit
@@ -197,6 +198,7 @@ export {};
  * @property {string} [usual]
  * @property {string} [look]
  * @property {number | null} [closer_plateaus_k]
+ * @property {number | null} [runs]
  * @property {BiasStep[]} [steps]
  * @property {number} p_adjusted
  * @property {string[]} sensors

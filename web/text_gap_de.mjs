@@ -33,6 +33,14 @@ const KINDS = {
   jumps: { usual: "einem Kontakt oder Sensor, der zeitweise nachgibt oder zwischen zwei Werten springt: Diese Läufe zeigen nicht, was davon", look: "Stecker und Kabel, und was zu den Zeiten der Sprünge geschah; bleibt es beim Prüfling, den Sensor" },
 };
 
+/** Dasselbe, wo es von der Aufzeichnung abhängt: auf Rampen, und mit genug Läufen. */
+const ON_RAMPS = {
+  direction_of_sweep: { usual: "einem Gedächtnis für den Weg der Temperatur: Kleber, Lot oder Gehäuse geben langsam nach, oder das Innere des Prüflings folgt seinem Thermometer in einer Weise, die die Bibliothek nicht hat", look: "wie schnell sich die Temperatur ändert: Derselbe Zyklus mit halber Rampe zeigt, ob der Unterschied kleiner wird" },
+  drift_in_run: { usual: "etwas, das durch die Aufzeichnung weitergeht: Warmlaufen, Trocknen, eine Referenz, die leckt", look: "was mit der Aufzeichnung beginnt: Versorgung, Heizungen, Trocknen des Prüflings; denselben Zyklus noch einmal aufzeichnen" },
+};
+const WANDER_IN_ENOUGH_RUNS = { usual: "etwas, das sich langsam und in jedem Lauf anders bewegt, aber nicht wie langsames Rauschen: der Raum, die Versorgung, ein Kabel", look: "was in den Läufen nicht gleich war: der Raum, die Versorgung, wie der Prüfling befestigt war; einen Lauf aufzeichnen, in dem all das gleich ist" };
+const ENOUGH_RUNS = 4; // eines Prüfablaufs, um zu messen, wie ein Nullpunkt wandert
+
 const effect = (name) => (Object.hasOwn(EFFECTS, name) ? `${name} (${EFFECTS[name]})` : name);
 const either = (names) => names.map(effect).join(" oder ");
 
@@ -62,12 +70,13 @@ export const text = {
     cannotJudge: "Diese Läufe können nicht zeigen, ob dem Modell etwas fehlt.",
     one: (name, size, sensors) => `${effect(name)}: ${size}, in ${sensors}`,
     gap: (sensor, before, floor, unit) => ` Die Lücke von ${sensor} ist ${before} ${unit} (RMS), Rauschen allein lässt ${floor}.`,
-    step: (sensor, size, unit, run, when, temp, more) => `Der Nullpunkt von ${sensor} springt um ${size} ${unit} in Lauf ${run}, ${when} nach dessen erstem Messwert, bei ${temp} °C${more > 0 ? ` (${more} weitere unten)` : ""}. Kein bekannter Effekt erklärt das.`,
+    step: (sensor, size, unit, run, when, temp, more) => `Der Nullpunkt von ${sensor} springt um ${size} ${unit} in Lauf ${run}, ${when} nach dessen erstem Messwert auf einem Plateau, bei ${temp} °C${more > 0 ? ` (${more} weitere unten)` : ""}. Kein bekannter Effekt erklärt das.`,
     jumps: (sensors) => ` Der Nullpunkt springt im Lauf hin und her, in ${sensors}.`,
     accepted: (effects, version, newest) => `Die Suche in Modell ${version} ergab: ${effects.join(" und ")}. In Modell ${newest} ist das enthalten.`,
     lacks: (effects) => `Dem Modell fehlt ${effects.join("; und ")}.`,
   },
-  kinds: (kind) => KINDS[kind] ?? null,
+  /** `runs`: that were searched at plateaus. */
+  kinds: (kind, onRamps, runs) => (onRamps && ON_RAMPS[kind]) || (kind === "wander" && runs >= ENOUGH_RUNS ? WANDER_IN_ENOUGH_RUNS : KINDS[kind] ?? null),
   sure: {
     certain: "Zufall ist das nicht",
     likely: "Zufall sieht sehr selten so aus",
@@ -87,6 +96,7 @@ export const text = {
     look: (look) => `Ansehen: ${look}. Dann neu aufzeichnen und neu suchen.`,
     plateaus: (apart) => `Eine Kampagne mit Plateaus im Abstand von ${apart} K aufzeichnen, dann neu suchen.`,
     thirdBranch: "Einen dritten Ast aufzeichnen: noch einmal über dieselben Temperaturen heizen oder kühlen. Dann neu suchen.",
+    again: "Denselben Prüfablauf noch einmal aufzeichnen, dann neu suchen.",
     sameCycle: "Denselben Zyklus noch einmal aufzeichnen, dann neu suchen.",
     cannotJudge: "Einen weiteren Lauf desselben Prüfablaufs aufzeichnen, oder den Lauf für ungültig erklären, den die Begründung nennt. Dann neu suchen.",
     carried: "Das Modell enthält schon, was gefunden wurde: einen Lauf aufzeichnen, den keine Anpassung gesehen hat, dann vorher und nachher vergleichen.",
@@ -139,7 +149,8 @@ export const text = {
   steps: {
     title: "Wo der Nullpunkt springt",
     label: "Sprünge des Nullpunkts",
-    heads: ["Lauf", "Messachse", "Nach dem ersten Messwert", "Bei, °C", "Größe", "Einheit"],
+    heads: ["Lauf", "Messachse", "Nach dem ersten Messwert auf einem Plateau", "Bei, °C", "Größe", "Einheit"],
+    span: (from, to) => `${from} bis ${to}`,
   },
   slow: {
     title: "Langsames Rauschen",

@@ -36,6 +36,14 @@ const KINDS = {
   jumps: { usual: "a contact or a sensor that gives way at times, or jumps between two levels: these runs do not tell which", look: "connectors and cables, and what happened at the times of the steps; if it stays with the unit, the sensor" },
 };
 
+/** The same where they depend on the recording: on ramps, and with enough runs. */
+const ON_RAMPS = {
+  direction_of_sweep: { usual: "a memory of the way the temperature came: glue, solder or the package gives way slowly, or the inside of the unit lags behind its thermometer in a way that the library does not have", look: "how fast the temperature moves: the same cycle at half the ramp rate shows whether the difference gets smaller" },
+  drift_in_run: { usual: "something that goes on through the recording: warming up, drying, a leaking reference", look: "what starts with the recording: power, heaters, drying of the unit; record the same cycle once more" },
+};
+const WANDER_IN_ENOUGH_RUNS = { usual: "something that moves slowly and is another in each run, but not as slow noise does: the room, the supply, a cable", look: "what was not alike in the runs: the room, the supply, how the unit was mounted; record a run with all of it alike" };
+const ENOUGH_RUNS = 4; // of one procedure, to measure how a bias wanders
+
 /** "sensor lag" */
 const effect = (name) => name.replaceAll("_", " ");
 const either = (names) => names.map(effect).join(" or ");
@@ -72,12 +80,13 @@ export const text = {
     one: (name, size, sensors) => `${PLAIN[name] ?? "an effect that this page does not know"} (${effect(name)}: ${size}, in ${sensors})`,
     /** Of the sensor that stands out most. */
     gap: (sensor, before, floor, unit) => ` The gap of ${sensor} is ${before} ${unit} (RMS), noise alone leaves ${floor}.`,
-    step: (sensor, size, unit, run, when, temp, more) => `The bias of ${sensor} steps by ${size} ${unit} in run ${run}, ${when} after its first reading, at ${temp} °C${more > 0 ? ` (${more} more below)` : ""}. No known effect explains that.`,
+    step: (sensor, size, unit, run, when, temp, more) => `The bias of ${sensor} steps by ${size} ${unit} in run ${run}, ${when} after its first reading at a plateau, at ${temp} °C${more > 0 ? ` (${more} more below)` : ""}. No known effect explains that.`,
     jumps: (sensors) => ` The bias jumps to and fro while the unit runs, in ${sensors}.`,
     accepted: (effects, version, newest) => `A search found ${effects.join(" and ")} in model ${version}. Model ${newest} carries ${effects.length === 1 ? "it" : "them"}.`,
     lacks: (effects) => `The model lacks something: ${effects.join("; and ")}.`,
   },
-  kinds: (kind) => KINDS[kind] ?? null,
+  /** `runs`: that were searched at plateaus. */
+  kinds: (kind, onRamps, runs) => (onRamps && ON_RAMPS[kind]) || (kind === "wander" && runs >= ENOUGH_RUNS ? WANDER_IN_ENOUGH_RUNS : KINDS[kind] ?? null),
   sure: {
     certain: "This is no chance",
     likely: "Chance very seldom looks like this",
@@ -99,6 +108,7 @@ export const text = {
     look: (look) => `Look at ${look}. Then record again and search again.`,
     plateaus: (apart) => `Record a campaign with plateaus ${apart} K apart, then search again.`,
     thirdBranch: "Record a third branch: heat or cool once more over the same temperatures. Then search again.",
+    again: "Record the same procedure again, then search again.",
     sameCycle: "Record the same cycle once more, then search again.",
     cannotJudge: "Record another run of the same procedure, or void the run that the reason names. Then search again.",
     carried: "The model carries what was found already: record a run that no fit has seen, then compare before and after.",
@@ -154,7 +164,8 @@ export const text = {
   steps: {
     title: "Where the bias steps",
     label: "Steps of the bias",
-    heads: ["Run", "Sensor", "After its first reading", "At, °C", "Size", "Unit"],
+    heads: ["Run", "Sensor", "After its first reading at a plateau", "At, °C", "Size", "Unit"],
+    span: (from, to) => `${from} to ${to}`,
   },
   slow: {
     title: "Slow noise",

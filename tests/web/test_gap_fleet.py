@@ -430,6 +430,15 @@ class Page(BrowserTest, WithStation):
             self.assertIn(wanted, line)
         self.assertIn("10 K", self.told(self.report("unknown", structure={"closer_plateaus_k": 10}))[2])
         self.assertIn("third branch", self.told(self.report("unknown", held_out="half"))[2])
+        drift = {"kind": "drift_in_run", "axis": "time of the recording", "runs": None}
+        self.assertIn("same cycle once more", self.told(self.report("unknown", held_out="branch", structure=drift))[2])
+        sweep = self.told(self.report("unknown", held_out="branch", structure={"kind": "direction_of_sweep", "axis": "direction of the sweep", "runs": None}))
+        self.assertIn("ramp rate", sweep[2])
+        self.assertNotIn("first position", sweep[2])
+        few, many = (self.told(self.report("unknown", structure={"kind": "wander", "runs": runs})) for runs in (3, 4))
+        self.assertIn("too few runs", few[1])
+        self.assertNotIn("too few runs", many[1])
+        self.assertNotIn("four or more", many[2])
         kept = self.report("unknown")  # before there were kinds
         for key in ("kind", "steps", "closer_plateaus_k"):
             del kept["residual_structure"][key]
@@ -439,11 +448,11 @@ class Page(BrowserTest, WithStation):
 
     def test_a_step_says_when_and_in_which_sensor(self):
         self.go("events", "return document.querySelector('#audit tbody tr')")
-        steps = [{"run": run, "sensor": "gyro_y", "t_s": 9000.0, "since_start_s": since, "temp_c": 25.04, "size": size, "unit": "deg/s"}
+        steps = [{"run": run, "sensor": "gyro_y", "t_s": 9000.0, "since_start_s": since, "last_before_s": since - 240.0, "temp_c": 25.04, "size": size, "unit": "deg/s"}
                  for run, since, size in (("R2", 600.0, 0.002), ("R3", 7260.0, -0.02))]
         report = self.report("unknown", structure={"kind": "step", "steps": steps})
         what, sure, following = self.told(report)
-        for wanted in ("gyro y", "R3", "2 h 1 min", "25 °C", "20 m°/s"):
+        for wanted in ("gyro y", "R3", "1 h 57 min to 2 h 1 min", "at a plateau", "25 °C", "20 m°/s"):
             self.assertIn(wanted, what.replace("2 h 01 min", "2 h 1 min"))
         self.assertEqual(len(self.browser.run("return import('/gap_words.mjs').then((words) => words.stepRows(arguments[0]))", steps)), 2)
 
@@ -452,8 +461,8 @@ class Page(BrowserTest, WithStation):
         schema = json.loads((ROOT / "docs" / "schema" / "gap-find.schema.json").read_text(encoding="utf-8"))
         kinds = schema["properties"]["residual_structure"]["oneOf"][1]["properties"]["kind"]["enum"]
         for language in ("en", "de"):
-            said = self.browser.run("return import(`/text_gap_${arguments[0]}.mjs`).then(({ text }) => arguments[1].map((kind) => text.kinds(kind)))", language, kinds)
-            for kind, words in zip(kinds, said, strict=True):
+            said = self.browser.run("return import(`/text_gap_${arguments[0]}.mjs`).then(({ text }) => arguments[1].flatMap((kind) => [text.kinds(kind, false, 3), text.kinds(kind, true, 6)]))", language, kinds)
+            for kind, words in zip([kind for kind in kinds for _ in range(2)], said, strict=True):
                 self.assertTrue(words and words["usual"] and words["look"], f"{language}: {kind}")
 
     def test_slow_noise_stands_beside_the_rest(self):
