@@ -114,15 +114,16 @@ struct GapShow final : GapCommand {
 };
 
 base::Status GapFind::run_with(db::Catalog& catalog, Output& output) {
-  const auto search = search_gap(catalog, unit, campaign);
+  auto search = search_gap(catalog, unit, campaign);
   if (!search) return base::forward_error(search);
+  if (const auto beside = set_beside_rest(catalog, *search); !beside) return base::forward_error(beside);
   const nlohmann::json document = calib::gap::gap_json(search->report);
   if (auto stored = catalog.add_gap_report({unit, search->model.version, now_utc_s(), document.dump()}); !stored) {
     return stored;
   }
-  for (const std::string& sentence : search->not_taken_off) output.note("warning: " + sentence);
+  for (const std::string& sentence : search->warnings) output.note("warning: " + sentence);
   if (output.json()) return output.print_json(document);
-  output.print(find_text(search->report));
+  output.print(find_text(search->report, search->terms));
   return {};
 }
 
@@ -245,6 +246,7 @@ base::Status GapAccept::run_with(db::Catalog& catalog, Output& output) {
   auto search = search_gap(catalog, unit, campaign);
   if (!search) return base::forward_error(search);
   using calib::gap::Accepted;
+  if (const auto beside = set_beside_rest_as_found(catalog, *search); !beside) return base::forward_error(beside);
   auto found = calib::gap::accepted_terms(search->campaign, search->report, effects,
                                           suspect ? Accepted::suspected : Accepted::named);
   if (!found) return base::forward_error(found);

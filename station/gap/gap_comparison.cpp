@@ -24,6 +24,7 @@ using calib::forward::SimulatedModel;
 
 /// What one run alone must read above the floor for its gap to be more than its own scatter.
 constexpr double kLeastOverFloor = 1.1;
+
 /// Growth of an RMS that is more than the chance of other rows.
 constexpr double kWorse = 1.05;
 
@@ -32,11 +33,14 @@ std::string remark_on(const calib::ModelTerm& term) {
   if (!moves_blocks(term.name)) {
     return fmt::format("{} does not change what is compared here (blocks about each run's own mean)", term.name);
   }
-  if (term.name == "fixture_tilt")
-    return "fixture_tilt is another in each mounting: nothing of it can be foreseen in a fresh run";
-  if (term.name == "aging_drift") {
-    return "the unit itself does not correct aging_drift; of it only what changes within a run shows here (blocks "
-           "about each run's own mean)";
+  if (shown_by_fresh_runs(term.name) == ShownPart::nothing) {
+    return fmt::format("{} is another in each mounting: nothing of it can be foreseen in a fresh run", term.name);
+  }
+  if (shown_by_fresh_runs(term.name) == ShownPart::within_a_run) {
+    return fmt::format(
+        "the unit itself does not correct {}; of it only what changes within a run shows here (blocks "
+        "about each run's own mean)",
+        term.name);
   }
   if (term.name == "scale_nonlinearity") {
     return "the unit itself does not correct scale_nonlinearity: the calibration file states it as even-order term";
@@ -234,13 +238,20 @@ bool moves_blocks(std::string_view effect) {
   return std::find(kOthers.begin(), kOthers.end(), effect) == kOthers.end();
 }
 
+ShownPart shown_by_fresh_runs(std::string_view effect) {
+  if (!moves_blocks(effect) || effect == "fixture_tilt") return ShownPart::nothing;
+  return effect == "aging_drift" ? ShownPart::within_a_run : ShownPart::all;
+}
+
 bool is_worse(const SensorComparison& figures) { return figures.after_rms > kWorse * figures.before_rms; }
+
+bool is_better(const SensorComparison& figures) {
+  return figures.closed_fraction && figures.before_rms > kWorse * figures.after_rms;
+}
 
 std::vector<std::string> remarks(const GapComparison& comparison) {
   std::vector<std::string> sentences;
-  const bool any_fresh =
-      std::any_of(comparison.runs.begin(), comparison.runs.end(), [](const ComparedRun& run) { return !run.fitted; });
-  if (!comparison.terms.empty() && !any_fresh) {
+  if (!comparison.terms.empty() && std::ranges::all_of(comparison.runs, &ComparedRun::fitted)) {
     sentences.emplace_back(
         "no run is fresh: only one that neither model was fitted to shows whether the gap has closed. Record one with "
         "a procedure whose purpose is verification, or import one with '--procedure verification'");

@@ -60,8 +60,20 @@ struct GapComparison {
 /// Whether an effect shows in what is compared here: blocks about each run's own mean.
 [[nodiscard]] bool moves_blocks(std::string_view effect);
 
+/// What fresh runs can show of an effect in that.
+enum class ShownPart : std::uint8_t {
+  all,
+  within_a_run,  ///< only what changes within a run
+  nothing        ///< it is another in each mounting, or shows in single readings only
+};
+
+[[nodiscard]] ShownPart shown_by_fresh_runs(std::string_view effect);
+
 /// Whether a sensor agrees less well with the runs than before, by more than the chance of other rows.
 [[nodiscard]] bool is_worse(const SensorComparison& figures);
+
+/// Whether it agrees better with fresh runs: the gap was more than noise, and has shrunk by more than that chance.
+[[nodiscard]] bool is_better(const SensorComparison& figures);
 
 /// What somebody who reads the figures must know, a sentence each: no fresh run, effects that do not show here, sensors
 /// that have become worse.

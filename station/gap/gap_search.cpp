@@ -100,23 +100,6 @@ std::optional<calib::gap::InstabilityAtRest> instability_of(const nlohmann::json
                                        .duration_s = allan["samples"].get<double>() / allan["rate_hz"].get<double>()};
 }
 
-/// Sets beside each slow noise the bias instability of the unit's longest rest, if that is half an hour or longer.
-/// Fails (corrupt) where its run file cannot be read.
-base::Status set_beside_allan(const db::Catalog& catalog, const db::ModelRow& model,
-                              std::vector<calib::gap::SensorWander>& wanders) {
-  if (wanders.empty()) return {};
-  const auto longest = longest_still_segment(catalog, model.unit, model.epoch);
-  if (!longest) return base::forward_error(longest);
-  if (!*longest || length_s((*longest)->segment) < 0.99 * calib::kKalibrLeastStill_s) return {};
-  for (calib::gap::SensorWander& wander : wanders) {
-    if ((*longest)->segment.sensor[calib::index_of(wander.sensor)].count == 0) continue;
-    const auto allan = allan_at_rest(catalog, **longest, wander.sensor);
-    if (!allan) return base::forward_error(allan);
-    wander.at_rest = instability_of(*allan, wander.sensor, **longest);
-  }
-  return {};
-}
-
 }  // namespace
 
 base::Result<calib::gap::LoggedCampaign> with_logs(const db::Catalog& catalog, calib::UnitInput input,
@@ -173,12 +156,47 @@ base::Result<GapSearch> search_gap(const db::Catalog& catalog, const std::string
   search.model = *std::move(model);
   search.terms = *std::move(terms);
   search.campaign = *std::move(logged);
-  search.not_taken_off = calib::forward::subtract_terms(search.terms, search.campaign);
+  search.warnings = calib::forward::subtract_terms(search.terms, search.campaign);
   search.report = calib::gap::find_gap(search.campaign, search.model.version);
-  if (const auto beside = set_beside_allan(catalog, search.model, search.report.slow_noise); !beside) {
-    return base::forward_error(beside);
-  }
   return search;
+}
+
+base::Status set_beside_rest(const db::Catalog& catalog, GapSearch& search) {
+  std::vector<calib::gap::SensorWander>& wanders = search.report.slow_noise;
+  if (wanders.empty()) return {};
+  const auto longest = longest_still_segment(catalog, search.model.unit, search.model.epoch);
+  if (!longest) return base::forward_error(longest);
+  if (!*longest || length_s((*longest)->segment) < 0.99 * calib::kKalibrLeastStill_s) return {};
+  for (calib::gap::SensorWander& wander : wanders) {
+    if ((*longest)->segment.sensor[calib::index_of(wander.sensor)].count == 0) continue;
+    const auto allan = allan_at_rest(catalog, **longest, wander.sensor);
+    if (!allan) {
+      search.warnings.push_back(
+          fmt::format("run '{}' of campaign '{}', the unit's longest rest, cannot be read, so that no bias instability "
+                      "stands beside slow noise: {}",
+                      (*longest)->run.label, (*longest)->run.campaign, allan.error().message));
+      return {};
+    }
+    wander.at_rest = instability_of(*allan, wander.sensor, **longest);
+  }
+  return {};
+}
+
+base::Status set_beside_rest_as_found(const db::Catalog& catalog, GapSearch& search) {
+  if (search.report.slow_noise.empty()) return {};
+  const auto reports = catalog.gap_reports(search.model.unit);
+  if (!reports) return base::forward_error(reports);
+  const auto of_this_model = [&](const db::GapReportRow& row) { return row.model_version == search.model.version; };
+  const auto newest = std::find_if(reports->rbegin(), reports->rend(), of_this_model);
+  if (newest == reports->rend()) return {};
+  const auto document = nlohmann::json::parse(newest->document, nullptr, false);
+  if (!document.is_object()) return {};
+  for (const calib::gap::SensorWander& known : calib::gap::slow_noise_of(document)) {
+    for (calib::gap::SensorWander& wander : search.report.slow_noise) {
+      if (wander.sensor == known.sensor) wander.at_rest = known.at_rest;
+    }
+  }
+  return {};
 }
 
 }  // namespace soak::station

@@ -65,11 +65,43 @@ std::string closed_words(const GapComparison& comparison, const std::vector<Sens
       closer_sensors(comparison, sensors), sensors.size());
 }
 
-/// Whether the effects have made it better on fresh runs: smaller gaps in half of the sensors or more, none worse.
-bool has_helped(const GapComparison& comparison, const std::vector<Sensor>& sensors) {
-  const bool worse =
-      std::ranges::any_of(sensors, [&](Sensor sensor) { return is_worse(*comparison.fresh[calib::index_of(sensor)]); });
-  return !worse && 2 * closer_sensors(comparison, sensors) >= sensors.size();
+/// What fresh runs say of the effects that a model contains.
+enum class FreshOutcome { helped, worse, not_shown };
+
+/// Worse: in any sensor that was recorded. Helped: better in half or more of the sensors in which there was more than
+/// noise to close.
+FreshOutcome outcome_of(const GapComparison& comparison, const std::vector<Sensor>& sensors) {
+  if (std::ranges::any_of(comparison.fresh, [](const auto& fresh) { return fresh && is_worse(*fresh); })) {
+    return FreshOutcome::worse;
+  }
+  const auto fresh = [&](Sensor sensor) { return *comparison.fresh[calib::index_of(sensor)]; };
+  const auto better = std::ranges::count_if(sensors, [&](Sensor sensor) { return is_better(fresh(sensor)); });
+  const auto open =
+      std::ranges::count_if(sensors, [&](Sensor sensor) { return fresh(sensor).closed_fraction.has_value(); });
+  return better > 0 && 2 * better >= open ? FreshOutcome::helped : FreshOutcome::not_shown;
+}
+
+/// Whether an effect acts on a sensor of which `test` holds, on fresh runs.
+template <typename Test>
+bool acts_where(const GapComparison& comparison, const ModelTerm& term, const Test& test) {
+  return std::ranges::any_of(calib::kSensors, [&](Sensor sensor) {
+    const auto& fresh = comparison.fresh[calib::index_of(sensor)];
+    return fresh && test(*fresh) && term.part_of(sensor) != nullptr;
+  });
+}
+
+/// Names of the effects that fresh runs show and that act on a sensor that has become worse: those of them that make
+/// nothing better, if there are such.
+std::vector<std::string> blamed(const GapComparison& comparison) {
+  std::vector<std::string> all;
+  std::vector<std::string> only_worse;
+  for (const ModelTerm& term : comparison.terms) {
+    if (!acts_where(comparison, term, is_worse) || shown_by_fresh_runs(term.name) == ShownPart::nothing) continue;
+    if (std::ranges::find(all, term.name) != all.end()) continue;
+    all.push_back(term.name);
+    if (!acts_where(comparison, term, is_better)) only_worse.push_back(term.name);
+  }
+  return only_worse.empty() ? all : only_worse;
 }
 
 /// The model carries no effect.
@@ -81,9 +113,60 @@ ThreeSentences without_terms(const GapComparison& comparison) {
           fmt::format("Next: 'soak gap find --unit {}' looks for what it lacks.", comparison.unit)};
 }
 
-std::string withdraw_command(const GapComparison& comparison) {
-  return fmt::format("'soak gap withdraw --unit {} --effect {} --reason TEXT'", comparison.unit,
-                     comparison.terms.back().name);
+std::string verify_command(const GapComparison& comparison) {
+  return fmt::format("'soak verify --unit {} --campaign NAME'", comparison.unit);
+}
+
+/// Of effects of which fresh runs can show nothing: what that is, and how the model is judged then.
+ThreeSentences without_evidence(const GapComparison& comparison, std::string what) {
+  std::vector<std::string> mounted;
+  std::vector<std::string> in_readings;
+  for (const ModelTerm& term : comparison.terms) (moves_blocks(term.name) ? mounted : in_readings).push_back(term.name);
+  std::vector<std::string> why;
+  if (!mounted.empty()) why.push_back(fmt::format("{} is another in each mounting", fmt::join(mounted, ", ")));
+  if (!in_readings.empty()) {
+    why.push_back(fmt::format("{} shows in single readings, not in the means that are compared here",
+                              fmt::join(in_readings, ", ")));
+  }
+  return {
+      std::move(what), fmt::format("A fresh run cannot tell whether that is right: {}.", fmt::join(why, "; ")),
+      fmt::format("Next: judge model {} as a whole on fresh runs: {}.", comparison.model, verify_command(comparison))};
+}
+
+/// " Of aging_drift a fresh run shows only what changes within it."; empty where it shows all.
+std::string shown_in_part(const GapComparison& comparison) {
+  std::string text;
+  for (const ModelTerm& term : comparison.terms) {
+    const ShownPart shown = shown_by_fresh_runs(term.name);
+    if (shown == ShownPart::all) continue;
+    text += fmt::format(" Of {} a fresh run shows {}.", term.name,
+                        shown == ShownPart::nothing ? "nothing" : "only what changes within it");
+  }
+  return text;
+}
+
+std::string next_words(const GapComparison& comparison, FreshOutcome outcome) {
+  const std::vector<std::string> names =
+      outcome == FreshOutcome::worse ? blamed(comparison) : std::vector<std::string>{};
+  if (outcome == FreshOutcome::helped) {
+    return fmt::format("Next: judge model {} on fresh runs and release it: {}, 'soak release --unit {}'.",
+                       comparison.model, verify_command(comparison), comparison.unit);
+  }
+  if (outcome == FreshOutcome::not_shown) {
+    return fmt::format(
+        "Next: these runs do not show that it helps, nor that it harms: record one more run with a procedure whose "
+        "purpose is verification, then 'soak gap show --unit {}' again.",
+        comparison.unit);
+  }
+  if (names.empty()) {
+    return fmt::format(
+        "Next: a sensor has become worse on which no effect acts that a fresh run shows: look at its curve, "
+        "'soak report --unit {}', before you deploy model {}.",
+        comparison.unit, comparison.model);
+  }
+  return fmt::format(
+      "Next: {} does not hold on fresh runs, so take it out: 'soak gap withdraw --unit {} --effect {} --reason TEXT'.",
+      fmt::join(names, " or "), comparison.unit, names.front());
 }
 
 }  // namespace
@@ -110,20 +193,12 @@ ThreeSentences sentences_of(const GapComparison& comparison, const std::string& 
                         "{}' again.",
                         comparison.unit)};
   }
-  if (std::ranges::none_of(comparison.terms, [](const ModelTerm& term) { return moves_blocks(term.name); })) {
-    return {what, "It shows in single readings, not in the means that are compared here: the gap stays as it is.",
-            fmt::format("Next: judge model {} on fresh runs: 'soak verify --unit {} --campaign NAME'.",
-                        comparison.model, comparison.unit)};
+  const auto shows_nothing = [](const ModelTerm& term) { return shown_by_fresh_runs(term.name) == ShownPart::nothing; };
+  const FreshOutcome outcome = outcome_of(comparison, sensors);
+  if (outcome != FreshOutcome::worse && std::ranges::all_of(comparison.terms, shows_nothing)) {
+    return without_evidence(comparison, what);
   }
-  if (has_helped(comparison, sensors)) {
-    return {what, closed_words(comparison, sensors),
-            fmt::format("Next: judge model {0} on fresh runs and release it: 'soak verify --unit {1} --campaign NAME', "
-                        "'soak release --unit {1}'.",
-                        comparison.model, comparison.unit)};
-  }
-  return {
-      what, closed_words(comparison, sensors),
-      fmt::format("Next: the effect does not hold on fresh runs, so take it out: {}.", withdraw_command(comparison))};
+  return {what, closed_words(comparison, sensors) + shown_in_part(comparison), next_words(comparison, outcome)};
 }
 
 }  // namespace soak::station

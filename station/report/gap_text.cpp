@@ -72,17 +72,19 @@ std::string rejected_text(const GapReport& report) {
 
 /// What is left beside names, or instead of them, and where a bias steps.
 std::string structure_text(const calib::gap::ResidualStructure& structure) {
+  const calib::gap::StructureWords words = calib::gap::words_of(structure.kind, structure.recorded);
   std::string text = fmt::format(
       "what is left changes with {} in {} ({}; probability that noise alone looks like this: {:.2g})\n  usually: {}\n  "
       "look at: {}\n",
       structure.axis, sensors_text(structure.sensors), calib::gap::name_of(structure.kind), structure.p_adjusted,
-      calib::gap::words_of(structure.kind).usual, calib::gap::words_of(structure.kind).look);
+      words.usual, words.look);
   if (structure.steps.empty()) return text;
   std::vector<std::vector<std::string>> table = {
-      {"step in run", "sensor", "t_s", "after its start, min", "at °C", "size", "unit"}};
+      {"step in run", "sensor", "t_s", "after its first plateau block, min", "at °C", "size", "unit"}};
   for (const calib::gap::BiasStep& step : structure.steps) {
     table.push_back({step.run, std::string(calib::name_of(step.sensor)), fmt::format("{:.0f}", step.t_s),
-                     fmt::format("{:.0f}", step.since_s / 60.0), fmt::format("{:.1f}", step.temp_c),
+                     fmt::format("{:.0f} to {:.0f}", step.before_s / 60.0, step.since_s / 60.0),
+                     fmt::format("{:.1f}", step.temp_c),
                      fmt::format("{:.2g}", step.size * calib::printed_per_si(step.sensor)),
                      std::string(calib::printed_unit(step.sensor))});
   }
@@ -132,9 +134,9 @@ std::string slow_noise_table(const std::vector<calib::gap::SensorWander>& wander
   return text_table(table);
 }
 
-std::string find_text(const GapReport& report) {
+std::string find_text(const GapReport& report, const std::vector<calib::ModelTerm>& carried) {
   const bool judged = report.conclusion != calib::gap::Conclusion::cannot_judge;
-  std::string text = fmt::format("{}\n\nverdict: {}{}\n", fmt::join(sentences_of(report), "\n"),
+  std::string text = fmt::format("{}\n\nverdict: {}{}\n", fmt::join(sentences_of(report, carried), "\n"),
                                  calib::gap::name_of(report.conclusion), judged ? ": " + plain_reason(report) : "");
   for (std::size_t e = 0; e < report.effects.size(); ++e) {
     text += effect_text(report.effects[e], report.next.at(e).text);

@@ -14,8 +14,8 @@ namespace soak::station {
 /// Slow noise as a table, a row for each sensor, with the bias instability at rest beside it; empty without any.
 [[nodiscard]] std::string slow_noise_table(const std::vector<calib::gap::SensorWander>& wanders);
 
-/// Of a search: `soak gap find`.
-[[nodiscard]] std::string find_text(const calib::gap::GapReport& report);
+/// Of a search: `soak gap find`. `carried`: terms that the model has already.
+[[nodiscard]] std::string find_text(const calib::gap::GapReport& report, const std::vector<calib::ModelTerm>& carried);
 
 /// The sizes of each term (size_lines()), and where it is corrected.
 [[nodiscard]] std::string terms_text(const std::vector<calib::ModelTerm>& terms,

@@ -79,18 +79,42 @@ std::string certainty(const std::vector<NamedEffect>& effects) {
   return fmt::format("{}; but {}: these runs do not surely tell them apart.", chance, fmt::join(doubts, ", and "));
 }
 
-ThreeSentences sentences_of_named(const GapReport& report) {
-  const auto open = std::ranges::find_if(report.next, [](const auto& next) { return !next.text.empty(); });
-  const std::string next =
-      open != report.next.end()
-          ? fmt::format("Next: before you accept it, record this run: {}; then 'soak gap find --unit {}' again.",
-                        open->text, report.unit)
-          : fmt::format(
-                "Next: 'soak gap accept --unit {0}', then record a run that no fit has seen and look with "
-                "'soak gap show --unit {0}'.",
-                report.unit);
+/// What to do about effects that were named: those that the model has already, and the others.
+std::string what_to_accept(const GapReport& report, const std::vector<calib::ModelTerm>& carried) {
+  const auto is_carried = [&](std::string_view name) {
+    return std::ranges::find(carried, name, &calib::ModelTerm::name) != carried.end();
+  };
+  std::string known;
+  std::string open;
+  bool any_new = false;
+  for (std::size_t e = 0; e < report.effects.size(); ++e) {
+    const std::string_view name = report.effects[e].effect->name;
+    if (is_carried(name)) {
+      known = name;
+      continue;
+    }
+    any_new = true;
+    if (open.empty()) open = report.next.at(e).text;
+  }
+  if (!any_new) {
+    return fmt::format(
+        "the model contains {0} already, but the runs show more of it: 'soak gap withdraw --unit {1} --effect {0} "
+        "--reason TEXT', then find and accept it again",
+        known, report.unit);
+  }
+  if (!open.empty()) {
+    return fmt::format("before you accept it, record this run: {}; then 'soak gap find --unit {}' again", open,
+                       report.unit);
+  }
+  return fmt::format(
+      "'soak gap accept --unit {0}'{1}, then record a run that no fit has seen and look with 'soak gap show --unit "
+      "{0}'",
+      report.unit, known.empty() ? "" : fmt::format(" (it leaves out {}, which the model contains already)", known));
+}
+
+ThreeSentences sentences_of_named(const GapReport& report, const std::vector<calib::ModelTerm>& carried) {
   return {fmt::format("Unit {}, model {}: {}.", report.unit, report.model, with_sizes(report.effects)),
-          certainty(report.effects), next};
+          certainty(report.effects), fmt::format("Next: {}.", what_to_accept(report, carried))};
 }
 
 /// "0.0011 to 0.0014 deg/s in a gyro": the sizes at the gate.
@@ -125,10 +149,11 @@ ThreeSentences sentences_of_none(const GapReport& report) {
                   report.unit)};
 }
 
-/// "3.2 h after the run's first reading"
-std::string when_text(double since_s) {
-  return since_s < 2.0 * kSecondsPerHour ? fmt::format("{:.0f} min", since_s / 60.0)
-                                         : fmt::format("{:.1f} h", since_s / kSecondsPerHour);
+/// "3.21 to 3.76 h"
+std::string when_text(const calib::gap::BiasStep& step) {
+  return step.since_s < 2.0 * kSecondsPerHour
+             ? fmt::format("{:.0f} to {:.0f} min", step.before_s / 60.0, step.since_s / 60.0)
+             : fmt::format("{:.2f} to {:.2f} h", step.before_s / kSecondsPerHour, step.since_s / kSecondsPerHour);
 }
 
 /// Where and when a bias steps: the largest step against what its sensor would read.
@@ -139,10 +164,10 @@ std::string steps_text(const GapReport& report, const ResidualStructure& structu
   };
   const auto& step = *std::ranges::max_element(structure.steps, {}, in_gaps);
   const std::size_t more = structure.steps.size() - 1;
-  return fmt::format("the bias of {} steps by {:.2g} {} in run {}, {} after its first reading, at {:.0f} °C{}",
-                     calib::name_of(step.sensor), step.size * calib::printed_per_si(step.sensor),
-                     calib::printed_unit(step.sensor), step.run, when_text(step.since_s), step.temp_c,
-                     more == 0 ? "" : fmt::format(" ({} more below)", more));
+  return fmt::format(
+      "the bias of {} steps by {:.2g} {} in run {}, {} after its first reading at a plateau, at {:.0f} °C{}",
+      calib::name_of(step.sensor), step.size * calib::printed_per_si(step.sensor), calib::printed_unit(step.sensor),
+      step.run, when_text(step), step.temp_c, more == 0 ? "" : fmt::format(" ({} more below)", more));
 }
 
 /// "RMS 0.0031 deg/s in gyro_y, where noise alone leaves 0.0012", of the sensor that stands out most.
@@ -184,8 +209,9 @@ std::string what_is_unknown(const GapReport& report) {
 
 std::string what_it_may_be(const GapReport& report) {
   const auto& structure = report.residual_structure;
-  const std::string usual =
-      structure ? fmt::format("such readings usually come from {}", words_of(structure->kind).usual) : std::string();
+  const std::string usual = structure ? fmt::format("such readings usually come from {}",
+                                                    words_of(structure->kind, structure->recorded).usual)
+                                      : std::string();
   if (report.suspects.empty()) return fmt::format("Nothing is named on a guess; {}.", usual);
   std::vector<std::string> suspects;
   for (const NamedEffect& suspect : report.suspects) {
@@ -201,11 +227,13 @@ std::string what_to_record(const GapReport& report) {
   if (report.judged_on == JudgedOn::halves) {
     return "record a third branch: heat or cool once more over the same temperatures";
   }
-  if (report.judged_on == JudgedOn::branches) return "record the same cycle once more";
+  if (structure && structure->recorded.on_ramps && structure->kind == StructureKind::drift_in_run) {
+    return "record the same cycle once more";
+  }
   if (structure && structure->closer_plateaus_k) {
     return fmt::format("record a campaign with plateaus {:g} K apart", *structure->closer_plateaus_k);
   }
-  return structure ? fmt::format("look at {}; then record again", words_of(structure->kind).look)
+  return structure ? fmt::format("look at {}; then record again", words_of(structure->kind, structure->recorded).look)
                    : std::string("record the same procedure again");
 }
 
@@ -248,10 +276,10 @@ std::string plain_reason(const GapReport& report) {
   return reason;
 }
 
-ThreeSentences sentences_of(const GapReport& report) {
+ThreeSentences sentences_of(const GapReport& report, const std::vector<calib::ModelTerm>& carried) {
   switch (report.conclusion) {
     case Conclusion::named:
-      return sentences_of_named(report);
+      return sentences_of_named(report, carried);
     case Conclusion::none:
       return sentences_of_none(report);
     case Conclusion::unknown:

@@ -26,8 +26,9 @@ using ThreeSentences = std::array<std::string, 3>;
 /// The reason without the notes, which come after the tables.
 [[nodiscard]] std::string plain_reason(const calib::gap::GapReport& report);
 
-/// Of a search.
-[[nodiscard]] ThreeSentences sentences_of(const calib::gap::GapReport& report);
+/// Of a search; `carried`: terms that the model has already.
+[[nodiscard]] ThreeSentences sentences_of(const calib::gap::GapReport& report,
+                                          const std::vector<calib::ModelTerm>& carried);
 
 /// Effects with their sizes, for a sentence: "the sensing elements follow the thermometer late (sensor_lag: 312 s, tau
 /// 320 s, all sensors)". `lines`: size_lines() of each term.
