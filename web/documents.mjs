@@ -321,6 +321,9 @@
 /** @typedef {import("./kept_documents.mjs").Reference} Reference */
 /** @typedef {import("./kept_documents.mjs").CampaignCheck} CampaignCheck */
 /** @typedef {import("./kept_documents.mjs").SlotFinding} SlotFinding */
+/** @typedef {import("./kept_documents.mjs").GapFind} GapFind */
+/** @typedef {import("./kept_documents.mjs").SlowNoise} SlowNoise */
+/** @typedef {import("./kept_documents.mjs").BiasStep} BiasStep */
 /** @typedef {import("./kept_documents.mjs").Session} Session */
 /** @typedef {import("./kept_documents.mjs").AlarmWay} AlarmWay */
 /** @typedef {import("./kept_documents.mjs").StationKey} StationKey */

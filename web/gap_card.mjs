@@ -3,12 +3,12 @@
 
 import { $, element, english, say, show, tell } from "./dom.mjs";
 import { clock } from "./format.mjs";
-import { acceptsNext, closedText, evidenceOf, G, gapNextOf, gapText, gapVerdictOf, intervalText, isAccepted, outsideText, sensorsText, shownText, sizeText, small, smallUnitOf } from "./gap_words.mjs";
+import { acceptsNext, closedText, evidenceOf, G, gapNextOf, gapSureOf, gapText, gapVerdictOf, intervalText, isAccepted, outsideText, sensorsText, shownText, sizeText, slowNoiseRows, small, smallUnitOf, stepRows } from "./gap_words.mjs";
 import { heatTable, mapKey } from "./heat_map.mjs";
 import { runningText } from "./job_words.mjs";
 import { sensorText } from "./unit_words.mjs";
 
-const GAP_PARTS = ["gap-verdict", "gap-next-box", "gap-map", "gap-limits"];
+const GAP_PARTS = ["gap-verdict", "gap-next-box", "gap-reason", "gap-map", "gap-limits", "gap-steps", "gap-slow"];
 
 export class GapCard {
   #start;
@@ -83,6 +83,8 @@ export class GapCard {
     $("gap-verdict").dataset.state = accepted || stale === null ? state : "";
     say($("gap-verdict-title"), title);
     tell($("gap-verdict-text"), gapText(result, this.#unit.model));
+    tell($("gap-sure"), gapSureOf(result, this.#unit.model));
+    show($("gap-reason"), result.verdict !== "cannot_judge"); // there it stands above
     say($("gap-reason"), result.reason);
     show($("gap-next-box"), stale === null);
     tell($("gap-next"), gapNextOf(result, carriedBy(this.#unit.model)));
@@ -91,6 +93,8 @@ export class GapCard {
     show($("gap-map"), hasMap);
     if (hasMap) this.#renderMap();
     $("gap-limits-body").replaceChildren(...limits(result));
+    renderTable("gap-steps", G.steps.heads, stepRows(result.residual_structure?.steps ?? []));
+    renderTable("gap-slow", G.slow.heads, slowNoiseRows(result.slow_noise ?? []));
   }
 
   #renderMap() {
@@ -196,6 +200,12 @@ function tableParts(heads, rows) {
     return line;
   }));
   return [top, body];
+}
+
+/** The box with that id and its table `ID-table`; nothing of it without rows. */
+function renderTable(id, heads, rows) {
+  show($(id), rows.length > 0);
+  $(`${id}-table`).replaceChildren(...tableParts(heads, rows));
 }
 
 /** Fresh runs first: they are what counts. */

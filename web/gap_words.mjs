@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a gap search and a comparison mean in words. Nothing here touches the page.
 
-import { readable, significant, UNKNOWN } from "./format.mjs";
+import { duration, number, readable, significant, UNKNOWN } from "./format.mjs";
 import { textsOf } from "./text.mjs";
 import { sensorText } from "./unit_words.mjs";
 
@@ -10,6 +10,7 @@ export const G = await textsOf("gap");
 
 /** States of a badge. */
 const VERDICTS = { none: "finished", named: "waiting", accepted: "finished", unknown: "failed", cannot_judge: "" };
+const HARDLY_ANY = 1e-6; // chance below which nobody asks for the figure
 const MOST_PER_CENT = 999; // beyond, a fraction says only that the gap was small
 
 /** {title, state} of a search's verdict. */
@@ -35,17 +36,80 @@ export const isAccepted = ({ verdict, model, effects }, newest) => verdict === "
 
 /**
  * What the search has found, in one or two sentences; `newest`: the unit's newest model.
+ * @param {import("./documents.mjs").GapFind} result
+ * @param {import("./documents.mjs").Model} newest
  * @returns {import("./dom.mjs").Part[]}
  */
 export function gapText(result, newest) {
-  const { verdict, effects, residual_structure: structure } = result;
+  const { verdict, effects } = result;
   if (isAccepted(result, newest)) return [G.found.accepted([...new Set(effects.map(({ name }) => name))].map(G.effect), result.model, newest.version)];
   if (verdict === "none") return [G.found.none];
-  if (verdict === "unknown") {
-    return G.found.unknown(structure ? G.found.follows(structure.axis, sensorsText(structure.sensors)) : []);
-  }
+  if (verdict === "unknown") return unknownText(result);
   if (verdict === "cannot_judge") return [G.found.cannotJudge];
-  return [G.found.lacks(effects.map((effect) => G.found.one(G.effect(effect.name), sizeText(effect), sensorsText(effect.sensors))))];
+  return [G.found.lacks(effects.map(withSize))];
+}
+
+const withSize = (effect) => G.found.one(effect.name, sizeText(effect), sensorsText(effect.sensors));
+
+/**
+ * What is not explained, where, and how much of it there is; of steps the largest against the noise.
+ * @param {import("./documents.mjs").GapFind} result
+ * @returns {import("./dom.mjs").Part[]}
+ */
+function unknownText({ residual_structure: structure, suspects, gap }) {
+  const over = (sensor) => (gap[sensor]?.floor_rms > 0 ? gap[sensor].before_rms / gap[sensor].floor_rms : 0);
+  const sensors = structure?.sensors ?? suspects.flatMap((suspect) => suspect.sensors);
+  const [most] = [...sensors].sort((a, b) => over(b) - over(a));
+  const size = most !== undefined && over(most) > 0 ? [G.found.gap(sensorText(most), small(gap[most].before_rms, 3), small(gap[most].floor_rms, 3), smallUnitOf(most))] : [];
+  if (structure === null) return [...G.found.unknown([]), ...size];
+  const steps = structure.steps ?? [];
+  if (structure.kind !== "telegraph_noise" && steps.length > 0) {
+    const inNoise = (step) => Math.abs(step.size) / (gap[step.sensor]?.floor_rms || 1);
+    const largest = steps.reduce((a, b) => (inNoise(b) > inNoise(a) ? b : a));
+    return [G.found.step(sensorText(largest.sensor), small(largest.size), smallUnitOf(largest.sensor), largest.run, whenText(largest), number(largest.temp_c, 0), steps.length - 1)];
+  }
+  const where = structure.kind === "telegraph_noise" ? [G.found.jumps(sensorsText(sensors))] : G.found.follows(structure.axis, sensorsText(sensors));
+  return [...G.found.unknown(where), ...size];
+}
+
+/** "1,1 to 1,4 m°/s in a gyro": the sizes at the gate, of gyros and of accelerometers. */
+function limitsText(limit) {
+  return [true, false].flatMap((isGyro) => {
+    const sensors = Object.keys(limit).filter((sensor) => sensor.startsWith("gyro") === isGyro);
+    if (sensors.length === 0) return [];
+    const values = sensors.map((sensor) => limit[sensor]);
+    return [G.sure.limit(small(Math.min(...values)), small(Math.max(...values)), smallUnitOf(sensors[0]), isGyro)];
+  });
+}
+
+/** When a bias stepped: from the last block before to the first after it. */
+const whenText = ({ last_before_s: before, since_start_s: since }) => {
+  const [from, to] = [before, since].map((seconds) => duration(60 * Math.round(seconds / 60)));
+  return from === to ? to : G.steps.span(from, to);
+};
+
+/** What stands of a structure in the language of the page; nulls where it is not known. */
+const aboutOf = (structure, heldOut) => G.kinds(structure?.kind ?? "", heldOut !== "run", structure?.runs ?? 0) ?? { usual: null, look: null };
+
+/**
+ * How sure that is, and what it cannot be told from.
+ * @param {import("./documents.mjs").GapFind} result
+ * @param {import("./documents.mjs").Model} newest
+ * @returns {import("./dom.mjs").Part[]}
+ */
+export function gapSureOf(result, newest) {
+  const { verdict, effects, suspects, residual_structure: structure, held_out: heldOut, detection_limit: limit, reason } = result;
+  if (isAccepted(result, newest)) return [G.sure.accepted];
+  if (verdict === "none") return [G.sure.none(limitsText(limit))];
+  if (verdict === "cannot_judge") return G.sure.cannotJudge(reason);
+  if (verdict === "unknown") {
+    const { usual } = aboutOf(structure, heldOut);
+    if (suspects.length > 0) return [G.sure.suspected(suspects.map(withSize), usual)];
+    return usual === null ? [] : [G.sure.usual(usual)];
+  }
+  const chance = effects.every(({ evidence }) => evidence.p_adjusted < HARDLY_ANY) ? G.sure.certain : G.sure.likely;
+  const doubts = effects.filter(({ confusable_with: rivals }) => rivals.length > 0).map(({ name, confusable_with: rivals }) => [name, rivals]);
+  return [doubts.length === 0 ? G.sure.alone(chance) : G.sure.rivals(chance, doubts)];
 }
 
 /** The effect that an experiment has to be recorded for before it is accepted, if any; `effects`: those that the model does not carry. */
@@ -54,13 +118,24 @@ const openEffect = (effects) => effects.find(({ next_experiment: next }) => next
 /** Whether accepting is what is to be done next. */
 export const acceptsNext = ({ effects }, carried) => openEffect(effects.filter(({ name }) => !carried.includes(name))) === undefined;
 
+/** What to record, or where to look. */
+function nextOfUnknown(structure, heldOut) {
+  if (heldOut === "half") return G.next.thirdBranch;
+  if (heldOut === "branch" && structure?.kind === "drift_in_run") return G.next.sameCycle;
+  const apart = structure?.closer_plateaus_k ?? null;
+  if (apart !== null) return G.next.plateaus(apart);
+  const { look } = aboutOf(structure, heldOut);
+  if (structure === null) return G.next.again;
+  return look === null ? G.next.unknown : G.next.look(look);
+}
+
 /**
  * What is to be done after a search; `carried`: names of the effects that the model has already.
  * @returns {import("./dom.mjs").Part[]}
  */
-export function gapNextOf({ verdict, effects: found }, carried) {
+export function gapNextOf({ verdict, effects: found, residual_structure: structure, held_out: heldOut }, carried) {
   if (verdict === "none") return [G.next.none];
-  if (verdict === "unknown") return [G.next.unknown];
+  if (verdict === "unknown") return [nextOfUnknown(structure ?? null, heldOut)];
   if (verdict === "cannot_judge") return [G.next.cannotJudge];
   const effects = found.filter(({ name }) => !carried.includes(name));
   if (effects.length === 0) return [G.next.carried];
@@ -79,10 +154,27 @@ export const outsideText = ({ name }) => (OUTSIDE_THE_MEAN.includes(name) ? G.ev
 export const evidenceOf = ({ evidence, confusable_with: rivals, sensors, magnitude, shape }) => [
   [G.evidence.size, sizeText({ magnitude, shape })],
   [G.evidence.sensors, sensorsText(sensors)],
-  [G.evidence.chance, evidence.p_adjusted < 1e-6 ? G.evidence.hardlyAny : significant(evidence.p_adjusted, 2)],
+  [G.evidence.chance, evidence.p_adjusted < HARDLY_ANY ? G.evidence.hardlyAny : significant(evidence.p_adjusted, 2)],
   [G.evidence.takes, `${Math.round(100 * evidence.heldout_gain)} %`],
   [G.evidence.rivals, rivals.length === 0 ? G.evidence.noRivals : G.either(rivals)],
 ];
+
+// ---- slow noise, and where a bias steps
+
+/**
+ * Rows of the table of slow noise.
+ * @param {import("./documents.mjs").SlowNoise[]} list
+ */
+export const slowNoiseRows = (list) => list.map(({ sensor, within_run: size, share_minutes: minutes, share_hours: hours, bias_instability: rest }) => [
+  sensorText(sensor), small(size), smallUnitOf(sensor), `${Math.round(100 * minutes)} %`, `${Math.round(100 * hours)} %`,
+  rest === null ? UNKNOWN : G.slow.rest(small(rest.value), small(rest.ci95[0]), small(rest.ci95[1]))]);
+
+/**
+ * Rows of the table of steps.
+ * @param {import("./documents.mjs").BiasStep[]} steps
+ */
+export const stepRows = (steps) => steps.map((step) => [
+  step.run, sensorText(step.sensor), whenText(step), number(step.temp_c, 1), small(step.size), smallUnitOf(step.sensor)]);
 
 // ---- before and after
 

@@ -211,3 +211,56 @@
  */
 
 export {};
+
+// What a search for the gap has found (gap-find.schema.json).
+/**
+ * @typedef {object} BiasStep of a bias, in one run
+ * @property {string} run
+ * @property {string} sensor
+ * @property {number} t_s
+ * @property {number} since_start_s
+ * @property {number} last_before_s
+ * @property {number} temp_c
+ * @property {number} size
+ * @property {"deg/s" | "m/s2"} unit
+ */
+/**
+ * @typedef {object} Structure of what no effect explains
+ * @property {string} axis
+ * @property {string} [kind] this and what follows is absent in reports kept before there were kinds
+ * @property {string} [usual]
+ * @property {string} [look]
+ * @property {number | null} [closer_plateaus_k]
+ * @property {number | null} [runs]
+ * @property {BiasStep[]} [steps]
+ * @property {number} p_adjusted
+ * @property {string[]} sensors
+ */
+/**
+ * @typedef {object} SlowNoise of a sensor
+ * @property {string} sensor
+ * @property {"deg/s" | "m/s2"} unit
+ * @property {number} within_run
+ * @property {number} share_minutes
+ * @property {number} share_hours
+ * @property {{value: number, ci95: [number, number], tau_s: number, campaign: string, run: string, duration_s: number} | null} bias_instability
+ */
+/**
+ * @typedef {object} GapFind
+ * @property {string} unit
+ * @property {number} model
+ * @property {"none" | "named" | "unknown" | "cannot_judge"} verdict
+ * @property {string} reason
+ * @property {{code: string, text: string}[]} [notes] absent in reports kept before there were notes
+ * @property {"run" | "branch" | "half"} held_out
+ * @property {any[]} effects
+ * @property {any[]} suspects
+ * @property {Structure | null} residual_structure
+ * @property {SlowNoise[]} [slow_noise] absent in reports kept before it was listed
+ * @property {{name: string, why: string}[]} not_testable
+ * @property {any[]} rejected_by_gate
+ * @property {Record<string, number>} detection_limit
+ * @property {Record<string, {before_rms: number, after_rms: number, floor_rms: number, closed_fraction: number | null, closed_ci95: [number, number] | null}>} gap
+ * @property {any} [map] null: cannot_judge, or no plateaus
+ * @property {any} [locked_run]
+ */

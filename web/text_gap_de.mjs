@@ -13,6 +13,34 @@ const EFFECTS = {
   narrow_bump: "schmaler Höcker über der Temperatur", aging_drift: "Alterung", noise_vs_temperature: "Rauschen hängt von der Temperatur ab", quantization: "grobe Stufen der Messwerte", saturation: "Messwerte am Ende des Messbereichs",
 };
 
+/** Was Messwerte folgen, das kein Effekt erklärt: was so etwas meist ist, und wo zu suchen ist. */
+const KINDS = {
+  direction_of_sweep: { usual: "einem Gedächtnis für den Weg der Temperatur: Kleber, Lot oder Gehäuse geben langsam nach, oder die Haltezeit ist zu kurz", look: "die Zeit vor der ersten Lage: Ein Lauf mit doppelter Haltezeit zeigt, ob der Unterschied vergeht" },
+  settling: { usual: "einem Prüfling, der innen noch nicht so warm ist, wie sein Thermometer sagt, wenn die erste Lage beginnt", look: "die Zeit vor der ersten Lage: länger halten" },
+  creep_after_turn: { usual: "etwas, das sich nach jeder Drehung ein, zwei Minuten weiterbewegt: einer Klemme, einem Kabel, dem Lager der Vorrichtung", look: "die Vorrichtung: wie der Prüfling geklemmt ist, wie sein Kabel hängt; nach einer Drehung länger warten" },
+  position_order: { usual: "etwas, das durch einen Besuch läuft und beim nächsten neu beginnt: Wärme aus einem Antrieb der Vorrichtung, Kriechen", look: "die Reihenfolge der Lagen: einen Lauf in einer anderen aufzeichnen" },
+  position: { usual: "einer Vorrichtung, die nicht so steht, wie der Prüfablauf sagt, oder einem Feld oder Luftzug, der im Raum feststeht", look: "die Winkel der Vorrichtung und was in der Nähe magnetisch ist oder bläst" },
+  position_before: { usual: "einem Prüfling oder einer Vorrichtung mit Gedächtnis für die Lage davor: Klemmen, die rutschen, Kabel, die ziehen", look: "Klemmen und Kabel; einen Lauf mit anderer Reihenfolge der Lagen aufzeichnen" },
+  position_and_temperature: { usual: "einer Vorrichtung, die sich beim Erwärmen verbiegt, oder einer Achse des Prüflings, die sich mit der Temperatur auf eigene Weise dreht", look: "die Vorrichtung: was an ihr mit der Temperatur wächst; den Prüfling um 90 Grad gedreht einbauen und vergleichen" },
+  drift_in_run: { usual: "etwas, das durch jeden Lauf gleich weitergeht: Einlaufen, Trocknen, eine undichte Referenz", look: "was mit jedem Lauf beginnt: Strom, Heizung, Trocknen des Prüflings; einen Lauf mit anderer Reihenfolge der Temperaturen aufzeichnen" },
+  daily_wave: { usual: "dem Gebäude: Heizung, Sonne, Netzspannung oder Menschen, die jeden Tag wiederkehren", look: "den Raum: seine Temperatur, die Versorgung, was zu diesen Stunden sonst eingeschaltet ist" },
+  after_power_on: { usual: "Elektronik, die nach dem Einschalten warm wird, aber nicht einfach abklingt", look: "die Einlaufzeit des Prüflings: früher einschalten, und mitten im Lauf aus- und einschalten, um es noch einmal zu sehen" },
+  air_gradient: { usual: "Wärme, die durch den Prüfling fließt: Seine Seiten sind nicht gleich warm, solange die Luft der Kammer sich ändert", look: "die Luft um den Prüfling: abschirmen, oder länger halten" },
+  between_effects: { usual: "einem Gedächtnis der Temperatur, dessen Form die Bibliothek nicht hat", look: "die Rampen: Ein Lauf mit anderer Rampe und einer mit längerer Haltezeit zeigen, wem es folgt" },
+  wander: { usual: "langsamem Rauschen (Bias-Instabilität, Random Walk der Rate); zu wenige Läufe, um es von einem springenden Nullpunkt zu unterscheiden", look: "die Zahl der Läufe: Bei vier oder mehr eines Prüfablaufs wird langsames Rauschen gemessen und als Rauschen gezählt" },
+  step: { usual: "einem Kontakt, einer Lötstelle oder einem Sensor, der einmal nachgibt und so bleibt: ein Defekt, ein Stoß, ein Neustart des Prüflings", look: "was zu dieser Zeit geschah: die Ereignisse des Laufs, das Kabel, ein Stoß; findet sich keine Ursache, den Sensor" },
+  telegraph_noise: { usual: "einem Wackelkontakt oder einem Defekt im Sensor, der zwischen zwei Werten springt (Telegrafenrauschen)", look: "Stecker und Kabel; bleibt es am anderen Kabel beim Prüfling, ist der Sensor defekt" },
+  jumps: { usual: "einem Kontakt oder Sensor, der zeitweise nachgibt oder zwischen zwei Werten springt: Diese Läufe zeigen nicht, was davon", look: "Stecker und Kabel, und was zu den Zeiten der Sprünge geschah; bleibt es beim Prüfling, den Sensor" },
+};
+
+/** Dasselbe, wo es von der Aufzeichnung abhängt: auf Rampen, und mit genug Läufen. */
+const ON_RAMPS = {
+  direction_of_sweep: { usual: "einem Gedächtnis für den Weg der Temperatur: Kleber, Lot oder Gehäuse geben langsam nach, oder das Innere des Prüflings folgt seinem Thermometer in einer Weise, die die Bibliothek nicht hat", look: "wie schnell sich die Temperatur ändert: Derselbe Zyklus mit halber Rampe zeigt, ob der Unterschied kleiner wird" },
+  drift_in_run: { usual: "etwas, das durch die Aufzeichnung weitergeht: Warmlaufen, Trocknen, eine Referenz, die leckt", look: "was mit der Aufzeichnung beginnt: Versorgung, Heizungen, Trocknen des Prüflings; denselben Zyklus noch einmal aufzeichnen" },
+};
+const WANDER_IN_ENOUGH_RUNS = { usual: "etwas, das sich langsam und in jedem Lauf anders bewegt, aber nicht wie langsames Rauschen: der Raum, die Versorgung, ein Kabel", look: "was in den Läufen nicht gleich war: der Raum, die Versorgung, wie der Prüfling befestigt war; einen Lauf aufzeichnen, in dem all das gleich ist" };
+const ENOUGH_RUNS = 4; // eines Prüfablaufs, um zu messen, wie ein Nullpunkt wandert
+
 const effect = (name) => (Object.hasOwn(EFFECTS, name) ? `${name} (${EFFECTS[name]})` : name);
 const either = (names) => names.map(effect).join(" oder ");
 
@@ -40,13 +68,36 @@ export const text = {
     unknown: (where) => ["Der Prüfling misst etwas, das kein bekannter Effekt erklärt.", ...where, " Auf Verdacht wird nichts benannt."],
     follows: (axis, sensors) => [" Es folgt der Größe ", { english: axis }, `, in ${sensors}.`],
     cannotJudge: "Diese Läufe können nicht zeigen, ob dem Modell etwas fehlt.",
-    one: (effect, size, sensors) => `${effect}: ${size}, in ${sensors}`,
+    one: (name, size, sensors) => `${effect(name)}: ${size}, in ${sensors}`,
+    gap: (sensor, before, floor, unit) => ` Die Lücke von ${sensor} ist ${before} ${unit} (RMS), Rauschen allein lässt ${floor}.`,
+    step: (sensor, size, unit, run, when, temp, more) => `Der Nullpunkt von ${sensor} springt um ${size} ${unit} in Lauf ${run}, ${when} nach dessen erstem Messwert auf einem Plateau, bei ${temp} °C${more > 0 ? ` (${more} weitere unten)` : ""}. Kein bekannter Effekt erklärt das.`,
+    jumps: (sensors) => ` Der Nullpunkt springt im Lauf hin und her, in ${sensors}.`,
     accepted: (effects, version, newest) => `Die Suche in Modell ${version} ergab: ${effects.join(" und ")}. In Modell ${newest} ist das enthalten.`,
     lacks: (effects) => `Dem Modell fehlt ${effects.join("; und ")}.`,
+  },
+  /** `runs`: that were searched at plateaus. */
+  kinds: (kind, onRamps, runs) => (onRamps && ON_RAMPS[kind]) || (kind === "wander" && runs >= ENOUGH_RUNS ? WANDER_IN_ENOUGH_RUNS : KINDS[kind] ?? null),
+  sure: {
+    certain: "Zufall ist das nicht",
+    likely: "Zufall sieht sehr selten so aus",
+    alone: (chance) => `${chance}, und kein anderer bekannter Effekt erklärt es fast so gut.`,
+    rivals: (chance, doubts) => `${chance}; aber fast so viel wie ${doubts.map(([name, names]) => `${effect(name)} erklärt ${either(names)}`).join(", wie ")}: Diese Läufe unterscheiden sie nicht sicher.`,
+    limit: (least, most, unit, isGyro) => `${least} bis ${most} ${unit} bei ${isGyro ? "einer Drehrate" : "einer Beschleunigung"}`,
+    none: (limits) => (limits.length === 0 ? "Effekte, die kleiner sind als die Streuung dieser Läufe, können unbemerkt da sein."
+      : `Kleinere Effekte können unbemerkt da sein: In der Hälfte solcher Kampagnen würde einer benannt ab ${limits.join(", ab ")}.`),
+    usual: (usual) => `Auf Verdacht wird nichts benannt; meist kommen solche Messwerte von ${usual}.`,
+    suspected: (suspects, usual) => `Vermutet, aber nicht sicher genug für einen Namen: ${suspects.join("; ")}${usual === null ? "" : `; sonst kommen solche Messwerte meist von ${usual}`}.`,
+    cannotJudge: (reason) => ["Warum: ", { english: reason }, "."],
+    accepted: "Ob das richtig war, zeigt nur ein Lauf, den keine Anpassung gesehen hat.",
   },
   next: {
     none: "Dem Modell fehlt nichts, was diese Läufe zeigen können: weiter mit dem, was oben steht.",
     unknown: "Entlang dieser Größe suchen: Vorrichtung, Kabel, Gebäude. Dann neu aufzeichnen und neu suchen.",
+    look: (look) => `Ansehen: ${look}. Dann neu aufzeichnen und neu suchen.`,
+    plateaus: (apart) => `Eine Kampagne mit Plateaus im Abstand von ${apart} K aufzeichnen, dann neu suchen.`,
+    thirdBranch: "Einen dritten Ast aufzeichnen: noch einmal über dieselben Temperaturen heizen oder kühlen. Dann neu suchen.",
+    again: "Denselben Prüfablauf noch einmal aufzeichnen, dann neu suchen.",
+    sameCycle: "Denselben Zyklus noch einmal aufzeichnen, dann neu suchen.",
     cannotJudge: "Einen weiteren Lauf desselben Prüfablaufs aufzeichnen, oder den Lauf für ungültig erklären, den die Begründung nennt. Dann neu suchen.",
     carried: "Das Modell enthält schon, was gefunden wurde: einen Lauf aufzeichnen, den keine Anpassung gesehen hat, dann vorher und nachher vergleichen.",
     tell: (name, rivals, experiment) => [`Kaum zu unterscheiden: ${effect(name)} von ${either(rivals)}. Vor dem Annehmen dies aufzeichnen: `, { english: experiment }, "."],
@@ -94,6 +145,19 @@ export const text = {
     noSigma: "kein Lauf wiederholt einen anderen: Sigma ist nicht bekannt",
     sigma: (least, most) => `1 Sigma ist ${least === most ? least : `${least} bis ${most}`}`,
     any: "beliebig",
+  },
+  steps: {
+    title: "Wo der Nullpunkt springt",
+    label: "Sprünge des Nullpunkts",
+    heads: ["Lauf", "Messachse", "Nach dem ersten Messwert auf einem Plateau", "Bei, °C", "Größe", "Einheit"],
+    span: (from, to) => `${from} bis ${to}`,
+  },
+  slow: {
+    title: "Langsames Rauschen",
+    label: "Langsames Rauschen, je Sensor",
+    about: "Wie der Nullpunkt im Lauf wandert, in jedem Lauf anders: Bias-Instabilität und Random Walk der Rate. Es zählt als Rauschen. Daneben steht die Bias-Instabilität B der längsten Ruhe des Prüflings, wenn eine mindestens eine halbe Stunde dauert und sie zeigt.",
+    heads: ["Messachse", "Im Lauf (Standardabweichung)", "Einheit", "Vergessen in Minuten", "In Stunden", "B in Ruhe (95 %)"],
+    rest: (value, low, high) => `${value} (${low} bis ${high})`,
   },
   limits: {
     title: "Was diese Suche nicht sehen konnte",

@@ -3,6 +3,47 @@
 
 import { plural } from "./format.mjs";
 
+/** What a unit does that has the effect. */
+const PLAIN = {
+  thermal_hysteresis: "readings differ between heating and cooling, and keep differing after the soak", temperature_rate: "readings shift with how fast the temperature moves",
+  sensor_lag: "the sensing elements follow the thermometer late", warmup_transient: "readings move after power-on and then settle",
+  g_sensitivity: "the gyros' bias depends on how the unit lies: they feel acceleration", earth_rate: "the rotation of the Earth is still in the gyros' readings",
+  cross_axis: "the sensing axes turn as the temperature changes", fixture_tilt: "the fixture stood at another angle from run to run",
+  scale_nonlinearity: "the accelerometers do not read in proportion", vibration_rectification: "readings shift while the compressor runs",
+  supply_sensitivity: "readings follow the supply voltage", temperature_gradient: "readings shift while the air is warmer or colder than the unit",
+  position_memory: "the unit remembers the position before", moisture: "readings move while the unit dries", narrow_bump: "the curve has a narrow bump at one temperature",
+  aging_drift: "readings drift from run to run, as a unit that ages does", noise_vs_temperature: "the noise depends on the temperature", quantization: "readings come in coarse steps",
+  saturation: "readings stop at the end of their range",
+};
+
+/** What readings follow that no effect explains (docs/gap-workflow.md): what such a thing usually is, and where to look. */
+const KINDS = {
+  direction_of_sweep: { usual: "a memory of the way the temperature came: glue, solder or the package gives way slowly, or the soak is too short", look: "the time before the first position: a run with twice the soak shows whether the difference dies out" },
+  settling: { usual: "a unit that is not yet as warm inside as its thermometer says when the first position begins", look: "the time before the first position: make the soak longer" },
+  creep_after_turn: { usual: "something that moves on for a minute or two after each turn: a clamp, a cable, the fixture's own bearing", look: "the fixture: how the unit is clamped, how its cable hangs; wait longer after a turn" },
+  position_order: { usual: "something that goes on through a visit and begins anew with the next one: heat from a drive of the fixture, creep", look: "the order of the positions: record a run in another one" },
+  position: { usual: "a fixture that does not stand as the procedure says, or a field or a draught that is fixed in the room", look: "the fixture's angles and what is magnetic or blows nearby" },
+  position_before: { usual: "a unit or a fixture that remembers the position before: clamps that slip, cables that pull", look: "clamps and cables; record a run with another order of the positions" },
+  position_and_temperature: { usual: "a fixture that bends as it warms, or an axis of the unit that turns with temperature in a way of its own", look: "the fixture: what of it grows with temperature; mount the unit turned by 90 degrees and compare" },
+  drift_in_run: { usual: "something that goes on through every run alike: warming up, drying, a leaking reference", look: "what starts with each run: power, heaters, drying of the unit; record a run in another order of temperatures" },
+  daily_wave: { usual: "the building: heating, sun, mains voltage or people that come back every day", look: "the room: its temperature, the supply, what else is switched on at those hours" },
+  after_power_on: { usual: "electronics that warm up after power-on, in a way that is no simple decay", look: "the unit's warm-up time: power it earlier, and cycle the power in mid-run to see it again" },
+  air_gradient: { usual: "heat that flows through the unit: its sides are not equally warm while the chamber's air moves", look: "the air around the unit: shield it, or soak longer" },
+  between_effects: { usual: "one memory of the temperature's history whose shape is not in the library", look: "the ramps: a run at another ramp rate and one with a longer soak show what it follows" },
+  wander: { usual: "slow noise (bias instability, rate random walk); too few runs to know it from a bias that jumps", look: "the number of runs: with four or more of one procedure, slow noise is measured and counted as noise" },
+  step: { usual: "a contact, a solder joint or a sensor that gives way once and stays: a defect, a knock, a reset of the unit", look: "what happened at that time: the run's events, the cable, a knock; if no cause is found, the sensor" },
+  telegraph_noise: { usual: "a loose contact or a defect in the sensor that jumps between two levels (telegraph noise)", look: "connectors and cables; if it stays with the unit on another cable, the sensor is faulty" },
+  jumps: { usual: "a contact or a sensor that gives way at times, or jumps between two levels: these runs do not tell which", look: "connectors and cables, and what happened at the times of the steps; if it stays with the unit, the sensor" },
+};
+
+/** The same where they depend on the recording: on ramps, and with enough runs. */
+const ON_RAMPS = {
+  direction_of_sweep: { usual: "a memory of the way the temperature came: glue, solder or the package gives way slowly, or the inside of the unit lags behind its thermometer in a way that the library does not have", look: "how fast the temperature moves: the same cycle at half the ramp rate shows whether the difference gets smaller" },
+  drift_in_run: { usual: "something that goes on through the recording: warming up, drying, a leaking reference", look: "what starts with the recording: power, heaters, drying of the unit; record the same cycle once more" },
+};
+const WANDER_IN_ENOUGH_RUNS = { usual: "something that moves slowly and is another in each run, but not as slow noise does: the room, the supply, a cable", look: "what was not alike in the runs: the room, the supply, how the unit was mounted; record a run with all of it alike" };
+const ENOUGH_RUNS = 4; // of one procedure, to measure how a bias wanders
+
 /** "sensor lag" */
 const effect = (name) => name.replaceAll("_", " ");
 const either = (names) => names.map(effect).join(" or ");
@@ -35,13 +76,40 @@ export const text = {
     /** @returns {import("./dom.mjs").Part[]} */
     follows: (axis, sensors) => [" It follows ", { english: axis }, `, in ${sensors}.`],
     cannotJudge: "These runs cannot show whether the model lacks something.",
-    one: (effect, size, sensors) => `${effect} (${size}) in ${sensors}`,
+    /** `name`: of an effect */
+    one: (name, size, sensors) => `${PLAIN[name] ?? "an effect that this page does not know"} (${effect(name)}: ${size}, in ${sensors})`,
+    /** Of the sensor that stands out most. */
+    gap: (sensor, before, floor, unit) => ` The gap of ${sensor} is ${before} ${unit} (RMS), noise alone leaves ${floor}.`,
+    step: (sensor, size, unit, run, when, temp, more) => `The bias of ${sensor} steps by ${size} ${unit} in run ${run}, ${when} after its first reading at a plateau, at ${temp} °C${more > 0 ? ` (${more} more below)` : ""}. No known effect explains that.`,
+    jumps: (sensors) => ` The bias jumps to and fro while the unit runs, in ${sensors}.`,
     accepted: (effects, version, newest) => `A search found ${effects.join(" and ")} in model ${version}. Model ${newest} carries ${effects.length === 1 ? "it" : "them"}.`,
-    lacks: (effects) => `The model lacks ${effects.join("; and ")}.`,
+    lacks: (effects) => `The model lacks something: ${effects.join("; and ")}.`,
+  },
+  /** `runs`: that were searched at plateaus. */
+  kinds: (kind, onRamps, runs) => (onRamps && ON_RAMPS[kind]) || (kind === "wander" && runs >= ENOUGH_RUNS ? WANDER_IN_ENOUGH_RUNS : KINDS[kind] ?? null),
+  sure: {
+    certain: "This is no chance",
+    likely: "Chance very seldom looks like this",
+    alone: (chance) => `${chance}, and no other known effect explains it nearly as well.`,
+    /** `doubts`: [name, names of rivals] */
+    rivals: (chance, doubts) => `${chance}; but ${doubts.map(([name, names]) => `${either(names)} explains nearly as much as ${effect(name)}`).join(", and ")}: these runs do not surely tell them apart.`,
+    limit: (least, most, unit, isGyro) => `${least} to ${most} ${unit} in ${isGyro ? "a gyro" : "an accelerometer"}`,
+    none: (limits) => (limits.length === 0 ? "Smaller effects than these runs scatter may be there unseen."
+      : `Smaller effects may be there unseen: one would be named in half of such campaigns from ${limits.join(", from ")}.`),
+    usual: (usual) => `Nothing is named on a guess; such readings usually come from ${usual}.`,
+    suspected: (suspects, usual) => `Suspected, but not surely enough to be named: ${suspects.join("; ")}${usual === null ? "" : `; else such readings usually come from ${usual}`}.`,
+    /** @returns {import("./dom.mjs").Part[]} */
+    cannotJudge: (reason) => ["Why: ", { english: reason }, "."],
+    accepted: "Whether that was right only a run shows that no fit has seen.",
   },
   next: {
     none: "The model lacks nothing that these runs can show: go on with what stands at the top.",
     unknown: "Look along that axis: fixture, cables, building. Then record again and search again.",
+    look: (look) => `Look at ${look}. Then record again and search again.`,
+    plateaus: (apart) => `Record a campaign with plateaus ${apart} K apart, then search again.`,
+    thirdBranch: "Record a third branch: heat or cool once more over the same temperatures. Then search again.",
+    again: "Record the same procedure again, then search again.",
+    sameCycle: "Record the same cycle once more, then search again.",
     cannotJudge: "Record another run of the same procedure, or void the run that the reason names. Then search again.",
     carried: "The model carries what was found already: record a run that no fit has seen, then compare before and after.",
     /** @returns {import("./dom.mjs").Part[]} */
@@ -92,6 +160,19 @@ export const text = {
     noSigma: "no run repeats another: sigma is not known",
     sigma: (least, most) => `1 sigma is ${least === most ? least : `${least} to ${most}`}`,
     any: "any",
+  },
+  steps: {
+    title: "Where the bias steps",
+    label: "Steps of the bias",
+    heads: ["Run", "Sensor", "After its first reading at a plateau", "At, °C", "Size", "Unit"],
+    span: (from, to) => `${from} to ${to}`,
+  },
+  slow: {
+    title: "Slow noise",
+    label: "Slow noise, by sensor",
+    about: "How the bias wanders while the unit runs, in another way in each run: bias instability and rate random walk. It is counted as noise. Beside it stands the bias instability B of the longest rest of the unit, where one lasts half an hour or longer and shows it.",
+    heads: ["Sensor", "Within a run (standard deviation)", "Unit", "Forgotten within minutes", "Within hours", "B at rest (95 %)"],
+    rest: (value, low, high) => `${value} (${low} to ${high})`,
   },
   limits: {
     title: "What this search could not see",

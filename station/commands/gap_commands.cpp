@@ -24,14 +24,13 @@
 #include "station/io/host.h"
 #include "station/io/text.h"
 #include "station/io/text_file.h"
+#include "station/report/gap_text.h"
+#include "station/report/gap_words.h"
 #include "station/report/page.h"
 #include "station/report/term_text.h"
 
 namespace soak::station {
 namespace {
-
-using calib::gap::GapReport;
-using calib::gap::NamedEffect;
 
 /// What all gap commands take.
 struct GapCommand : CatalogCommand {
@@ -114,110 +113,17 @@ struct GapShow final : GapCommand {
   base::Status run_with(db::Catalog& catalog, Output& output) override;
 };
 
-/// "moisture (odds 1 to 40)"; "3 to 1" for one that is the likelier.
-std::string rival_text(const calib::gap::Rival& rival) {
-  if (!rival.odds) return std::string(rival.effect->name);
-  constexpr double kLeast = 1e-6;
-  if (*rival.odds < kLeast) return fmt::format("{} (odds below 1 to a million)", rival.effect->name);
-  if (*rival.odds > 1.0) return fmt::format("{} (odds {:.2g} to 1)", rival.effect->name, *rival.odds);
-  return fmt::format("{} (odds 1 to {:.2g})", rival.effect->name, 1.0 / *rival.odds);
-}
-
-std::string effect_text(const NamedEffect& effect, const std::string& next_experiment) {
-  std::string text = fmt::format("  {}\n    {}\n    probability that noise alone looks like this: {:.2g}\n",
-                                 size_text(effect.effect->name, effect.magnitude.value, effect.magnitude.unit,
-                                           effect.candidate.shape, sensors_text(effect.sensors)),
-                                 effect.effect->physics, effect.p_adjusted);
-  if (!effect.rivals.empty()) {
-    std::vector<std::string> rivals;
-    for (const calib::gap::Rival& rival : effect.rivals) rivals.push_back(rival_text(rival));
-    text += fmt::format("    nearly as good: {}\n", fmt::join(rivals, ", "));
-  }
-  if (!next_experiment.empty()) {
-    text += fmt::format("    next experiment: {}\n", next_experiment);
-  }
-  return text;
-}
-
-std::string gap_table(const GapReport& report) {
-  std::vector<std::vector<std::string>> table = {
-      {"sensor", "unit", "before", "after", "noise floor", "closed", "95 %", "detectable"}};
-  for (const calib::Sensor sensor : calib::kSensors) {
-    const auto& gap = report.gap[calib::index_of(sensor)];
-    const auto& limit = report.detection_limit[calib::index_of(sensor)];
-    if (!gap) continue;
-    const double factor = calib::printed_per_si(sensor);
-    table.push_back({std::string(calib::name_of(sensor)), std::string(calib::printed_unit(sensor)),
-                     fmt::format("{:.3g}", gap->before_rms * factor), fmt::format("{:.3g}", gap->after_rms * factor),
-                     fmt::format("{:.3g}", gap->floor_rms * factor),
-                     gap->closed_fraction ? fmt::format("{:.0f} %", 100.0 * *gap->closed_fraction)
-                     : report.judged_on == calib::gap::JudgedOn::runs ? "too small to tell"
-                                                                      : "-",
-                     gap->closed_ci95 ? fmt::format("{:.0f}..{:.0f} %", 100.0 * gap->closed_ci95->first,
-                                                    100.0 * gap->closed_ci95->second)
-                                      : "-",
-                     limit ? fmt::format("{:.2g}", *limit * factor) : "-"});
-  }
-  return text_table(table);
-}
-
-std::string_view judged_on_text(calib::gap::JudgedOn judged_on) {
-  return judged_on == calib::gap::JudgedOn::runs       ? "runs"
-         : judged_on == calib::gap::JudgedOn::branches ? "branches"
-                                                       : "half the difference between branches";
-}
-
-/// What the data gate rejected, a line for each run and sensor.
-std::string rejected_text(const GapReport& report) {
-  std::string text;
-  for (const calib::gap::GateRejection& entry : report.rejections) {
-    text += fmt::format("rejected by the data gate: run {}{}: {} of {} segments ({}): {}\n", entry.run,
-                        entry.sensor ? fmt::format(", {}", calib::name_of(*entry.sensor)) : "", entry.segments,
-                        entry.of, entry.code, entry.why);
-  }
-  return text;
-}
-
-/// The reason without the notes, which come after the table.
-std::string plain_reason(const GapReport& report) {
-  std::string reason = report.reason;
-  for (const calib::Warning& note : report.notes) {
-    const std::size_t at = reason.find("; " + note.text);
-    if (at != std::string::npos) reason.erase(at, note.text.size() + 2);
-  }
-  return reason;
-}
-
-std::string gap_report_text(const GapReport& report) {
-  std::string text = fmt::format("unit {}, model {}: {}\n{}\n", report.unit, report.model,
-                                 calib::gap::name_of(report.conclusion), plain_reason(report));
-  for (std::size_t e = 0; e < report.effects.size(); ++e) {
-    text += effect_text(report.effects[e], report.next.at(e).text);
-  }
-  if (!report.suspects.empty()) {
-    text += "possible, but not certain enough to be named:\n";
-    for (const NamedEffect& effect : report.suspects) text += effect_text(effect, "");
-  }
-  if (report.conclusion != calib::gap::Conclusion::cannot_judge) {
-    text += fmt::format("\ngap on {} that were not used for the fit (RMS of {} means):\n{}",
-                        judged_on_text(report.judged_on),
-                        report.judged_on == calib::gap::JudgedOn::runs ? "one-minute" : "30-second", gap_table(report));
-  }
-  for (const calib::Warning& note : report.notes) text += fmt::format("note: {}\n", note.text);
-  for (const auto& entry : report.not_testable) text += fmt::format("not testable: {}: {}\n", entry.name, entry.why);
-  return text + rejected_text(report);
-}
-
 base::Status GapFind::run_with(db::Catalog& catalog, Output& output) {
-  const auto search = search_gap(catalog, unit, campaign);
+  auto search = search_gap(catalog, unit, campaign);
   if (!search) return base::forward_error(search);
+  if (const auto beside = set_beside_rest(catalog, *search); !beside) return base::forward_error(beside);
   const nlohmann::json document = calib::gap::gap_json(search->report);
   if (auto stored = catalog.add_gap_report({unit, search->model.version, now_utc_s(), document.dump()}); !stored) {
     return stored;
   }
-  for (const std::string& sentence : search->not_taken_off) output.note("warning: " + sentence);
+  for (const std::string& sentence : search->warnings) output.note("warning: " + sentence);
   if (output.json()) return output.print_json(document);
-  output.print(gap_report_text(search->report));
+  output.print(find_text(search->report, search->terms));
   return {};
 }
 
@@ -233,43 +139,72 @@ base::Result<calib::UnitModel> refit(db::Catalog& catalog, const db::ModelRow& p
   return model;
 }
 
-/// The size of each term, and where it is corrected.
-base::Result<std::string> terms_text(const db::Catalog& catalog, const std::string& unit,
-                                     const std::vector<calib::ModelTerm>& terms) {
-  std::string text;
+/// The sizes of each term, as size_lines() has them.
+base::Result<std::vector<std::vector<std::string>>> sizes_of(const db::Catalog& catalog, const std::string& unit,
+                                                             const std::vector<calib::ModelTerm>& terms) {
+  std::vector<std::vector<std::string>> sizes;
   for (const calib::ModelTerm& term : terms) {
-    const auto lines = size_lines(catalog, unit, term);
+    auto lines = size_lines(catalog, unit, term);
     if (!lines) return base::forward_error(lines);
-    for (const std::string& line : *lines) {
-      text += fmt::format("  {}{}\n", line, term.lab_only ? " (lab only)" : " (in the calibration file)");
-    }
+    sizes.push_back(*std::move(lines));
   }
-  return text;
+  return sizes;
 }
 
-/// `not_added`: effects that were named and are not among the new terms.
-base::Status print_new_version(const db::Catalog& catalog, const calib::UnitModel& model, std::int32_t parent,
-                               const std::vector<NotAdded>& not_added, Output& output) {
+/// What `gap accept` says first; `added`: the new terms.
+base::Result<ThreeSentences> accepted_sentences(const db::Catalog& catalog, const calib::UnitModel& model,
+                                                const std::vector<calib::ModelTerm>& added) {
+  const auto sizes = sizes_of(catalog, model.unit, added);
+  if (!sizes) return base::forward_error(sizes);
+  std::vector<std::string_view> in_the_lab;
+  for (const calib::ModelTerm& term : added) {
+    if (term.lab_only) in_the_lab.push_back(term.name);
+  }
+  return ThreeSentences{
+      fmt::format("Unit {}: model {} now takes this off: {}.", model.unit, model.version, terms_words(added, *sizes)),
+      fmt::format(
+          "Whether that is right is not proved yet: only a run that no fit has seen shows it{}.",
+          in_the_lab.empty() ? "" : fmt::format("; the unit itself cannot correct {}", fmt::join(in_the_lab, ", "))),
+      fmt::format("Next: record one with a procedure whose purpose is verification, then 'soak gap show --unit {}'.",
+                  model.unit)};
+}
+
+/// What `gap withdraw` says first.
+ThreeSentences withdrawn_sentences(const calib::UnitModel& model, std::int32_t parent, const std::string& effect) {
+  return {
+      fmt::format("Unit {}: model {} does not contain {} any more.", model.unit, model.version, effect),
+      fmt::format("Its curves were fitted again to readings that hold the effect; model {} stays as it was.", parent),
+      fmt::format("Next: 'soak gap find --unit {}' shows what the model lacks now.", model.unit)};
+}
+
+/// A new version, and what is told of it.
+struct NewVersion {
+  const calib::UnitModel& model;
+  std::int32_t parent = 0;
+  ThreeSentences sentences;
+  std::vector<NotAdded> not_added;  ///< effects that were named and are not among the new terms
+};
+
+base::Status print_new_version(const db::Catalog& catalog, const NewVersion& made, Output& output) {
+  const calib::UnitModel& model = made.model;
   for (const calib::Warning& warning : model.warnings) output.note("warning: " + warning.text);
   if (output.json()) {
     nlohmann::json left = nlohmann::json::array();
-    for (const NotAdded& entry : not_added) left.push_back({{"name", entry.name}, {"why", entry.why}});
+    for (const NotAdded& entry : made.not_added) left.push_back({{"name", entry.name}, {"why", entry.why}});
     return output.print_json({{"unit", model.unit},
-                              {"parent", parent},
+                              {"parent", made.parent},
                               {"model", model.version},
                               {"terms", calib::terms_json(model.terms)},
                               {"not_added", std::move(left)}});
   }
-  std::string text = fmt::format("unit {}: model {} follows model {}; it contains {}\n", model.unit, model.version,
-                                 parent, model.terms.empty() ? "no accepted effect" : "these accepted effects:");
-  const auto terms = terms_text(catalog, model.unit, model.terms);
-  if (!terms) return base::forward_error(terms);
-  text += *terms;
-  for (const NotAdded& entry : not_added) text += fmt::format("not added: {}: {}\n", entry.name, entry.why);
-  if (!model.terms.empty()) {
-    text += fmt::format("'soak gap show --unit {}' shows the gap before and after\n\n{}", model.unit,
-                        parameter_table(model.terms));
-  }
+  const auto sizes = sizes_of(catalog, model.unit, model.terms);
+  if (!sizes) return base::forward_error(sizes);
+  std::string text = fmt::format(
+      "{}\n\nmodel {} follows model {}; it contains {}\n{}", fmt::join(made.sentences, "\n"), model.version,
+      made.parent,
+      model.terms.empty() ? "no accepted effect" : "these accepted effects:", terms_text(model.terms, *sizes));
+  for (const NotAdded& entry : made.not_added) text += fmt::format("not added: {}: {}\n", entry.name, entry.why);
+  if (!model.terms.empty()) text += "\n" + parameter_table(model.terms);
   output.print(text);
   return {};
 }
@@ -311,6 +246,7 @@ base::Status GapAccept::run_with(db::Catalog& catalog, Output& output) {
   auto search = search_gap(catalog, unit, campaign);
   if (!search) return base::forward_error(search);
   using calib::gap::Accepted;
+  if (const auto beside = set_beside_rest_as_found(catalog, *search); !beside) return base::forward_error(beside);
   auto found = calib::gap::accepted_terms(search->campaign, search->report, effects,
                                           suspect ? Accepted::suspected : Accepted::named);
   if (!found) return base::forward_error(found);
@@ -323,14 +259,16 @@ base::Status GapAccept::run_with(db::Catalog& catalog, Output& output) {
   for (const calib::ModelTerm& term : *found) names += (names.empty() ? "" : ", ") + term.name;
   if (auto there = check_samples_are_there(catalog, unit); !there) return there;
   std::vector<calib::ModelTerm> terms = search->terms;
-  std::move(found->begin(), found->end(), std::back_inserter(terms));
+  terms.insert(terms.end(), found->begin(), found->end());
   auto stored =
       catalog.add_gap_report({unit, search->model.version, now_utc_s(), calib::gap::gap_json(search->report).dump()});
   if (!stored) return stored;
   const auto model =
       refit(catalog, search->model, terms, "gap_accepted", fmt::format("{} accepted by {}", names, user_name(user)));
   if (!model) return base::forward_error(model);
-  return print_new_version(catalog, *model, search->model.version, not_added, output);
+  const auto sentences = accepted_sentences(catalog, *model, *found);
+  if (!sentences) return base::forward_error(sentences);
+  return print_new_version(catalog, {*model, search->model.version, *sentences, not_added}, output);
 }
 
 base::Status GapWithdraw::run_with(db::Catalog& catalog, Output& output) {
@@ -349,90 +287,23 @@ base::Status GapWithdraw::run_with(db::Catalog& catalog, Output& output) {
   const auto model = refit(catalog, **parent, *terms, "gap_withdrawn",
                            fmt::format("{} withdrawn by {}: {}", effect, user_name(user), reason));
   if (!model) return base::forward_error(model);
-  return print_new_version(catalog, *model, (*parent)->version, {}, output);
-}
-
-std::vector<std::string> comparison_row(calib::Sensor sensor, const SensorComparison& figures, const std::string& runs,
-                                        const std::string& closed) {
-  const double factor = calib::printed_per_si(sensor);
-  const auto text = [&](double value) { return fmt::format("{:.3g}", value * factor); };
-  return {std::string(calib::name_of(sensor)),
-          std::string(calib::printed_unit(sensor)),
-          runs,
-          text(figures.before_rms),
-          text(figures.after_rms),
-          figures.floor_rms ? text(*figures.floor_rms) : "-",
-          text(figures.noise_rms),
-          closed};
-}
-
-std::string closed_text(const SensorComparison& figures) {
-  return figures.closed_fraction ? fmt::format("{:.0f} %", 100.0 * *figures.closed_fraction) : "too small to tell";
-}
-
-/// What fresh runs say of the sensor in which the gap has changed most, of those that an effect acts on.
-std::string result_text(const GapComparison& comparison) {
-  const auto ratio = [](const SensorComparison& fresh) {
-    return std::abs(std::log(fresh.after_rms / fresh.before_rms));
-  };
-  std::optional<calib::Sensor> most;
-  for (const calib::Sensor sensor : calib::kSensors) {
-    const auto& fresh = comparison.fresh[calib::index_of(sensor)];
-    const bool acted_on = std::ranges::any_of(
-        comparison.terms, [&](const calib::ModelTerm& term) { return term.part_of(sensor) != nullptr; });
-    if (!fresh || !acted_on) continue;
-    if (!most || ratio(*fresh) > ratio(*comparison.fresh[calib::index_of(*most)])) most = sensor;
-  }
-  if (!most) return {};
-  const SensorComparison& fresh = *comparison.fresh[calib::index_of(*most)];
-  const double factor = calib::printed_per_si(*most);
-  const std::string floor = fresh.floor_rms ? fmt::format(" (floor {:.3g})", *fresh.floor_rms * factor) : "";
-  return fmt::format("on fresh runs the gap of {} went from {:.3g} to {:.3g} {}{}: the largest change\n",
-                     calib::name_of(*most), fresh.before_rms * factor, fresh.after_rms * factor,
-                     calib::printed_unit(*most), floor);
-}
-
-/// Length of the blocks that are compared, in words.
-std::string_view block_words(const GapComparison& comparison) {
-  return comparison.at_plateaus ? "one-minute" : "30-second";
-}
-
-base::Result<std::string> comparison_text(const db::Catalog& catalog, const GapComparison& comparison) {
-  std::string text = fmt::format("unit {}: measurement minus simulation, with model {} and with model {}\n",
-                                 comparison.unit, comparison.before, comparison.model);
-  if (comparison.terms.empty()) text += "the model contains no accepted effect: before and after are the same\n";
-  const auto terms = terms_text(catalog, comparison.unit, comparison.terms);
-  if (!terms) return base::forward_error(terms);
-  text += *terms + result_text(comparison) + "\n";
-  std::vector<std::vector<std::string>> table = {
-      {"sensor", "unit", "runs", "before", "after", "floor", "noise", "closed"}};
-  for (const calib::Sensor sensor : calib::kSensors) {
-    const std::size_t s = calib::index_of(sensor);
-    if (comparison.fitted[s]) table.push_back(comparison_row(sensor, *comparison.fitted[s], "fitted", "-"));
-    if (comparison.fresh[s])
-      table.push_back(comparison_row(sensor, *comparison.fresh[s], "fresh", closed_text(*comparison.fresh[s])));
-  }
-  text += fmt::format(
-      "{}RMS of {} blocks about each run's own mean. fresh: runs that neither model was fitted to; floor: what noise "
-      "and\nrun-to-run scatter would leave with a perfect model (fitted runs lie below it, because the fit follows "
-      "part of their noise)\n",
-      text_table(table), block_words(comparison));
-  for (const std::string& sentence : remarks(comparison)) text += sentence + "\n";
-  return text;
+  const std::int32_t version = (*parent)->version;
+  return print_new_version(catalog, {*model, version, withdrawn_sentences(*model, version, effect), {}}, output);
 }
 
 base::Status GapShow::run_with(db::Catalog& catalog, Output& output) {
   const auto comparison = compare_gap(catalog, unit, model, campaign);
   if (!comparison) return base::forward_error(comparison);
+  const auto sizes = sizes_of(catalog, unit, comparison->terms);
+  if (!sizes) return base::forward_error(sizes);
+  const ThreeSentences sentences = sentences_of(*comparison, terms_words(comparison->terms, *sizes));
   if (!file.empty()) {
-    const std::string page = gap_page(*comparison, "soak " + software_version(), now_utc_s());
+    const std::string page = gap_page(*comparison, sentences, "soak " + software_version(), now_utc_s());
     if (const auto written = write_text_file(file, page); !written) return written;
   }
   for (const std::string& sentence : comparison->simulated_after.not_evaluated) output.note("warning: " + sentence);
   if (output.json()) return output.print_json(comparison_json(*comparison));
-  const auto text = comparison_text(catalog, *comparison);
-  if (!text) return base::forward_error(text);
-  output.print(*text);
+  output.print(show_text(*comparison, sentences, *sizes));
   return {};
 }
 

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <ranges>
 #include <string_view>
 #include <utility>
 
@@ -23,25 +24,23 @@ using calib::forward::SimulatedModel;
 
 /// What one run alone must read above the floor for its gap to be more than its own scatter.
 constexpr double kLeastOverFloor = 1.1;
+
 /// Growth of an RMS that is more than the chance of other rows.
 constexpr double kWorse = 1.05;
-
-/// Whether an effect shows in blocks whose run's mean was taken out.
-bool moves_blocks(std::string_view effect) {
-  constexpr std::array<std::string_view, 3> kOthers = {"noise_vs_temperature", "quantization", "saturation"};
-  return std::find(kOthers.begin(), kOthers.end(), effect) == kOthers.end();
-}
 
 /// What to know of an accepted effect beside the figures; empty where they say it all.
 std::string remark_on(const calib::ModelTerm& term) {
   if (!moves_blocks(term.name)) {
     return fmt::format("{} does not change what is compared here (blocks about each run's own mean)", term.name);
   }
-  if (term.name == "fixture_tilt")
-    return "fixture_tilt is another in each mounting: nothing of it can be foreseen in a fresh run";
-  if (term.name == "aging_drift") {
-    return "the unit itself does not correct aging_drift; of it only what changes within a run shows here (blocks "
-           "about each run's own mean)";
+  if (shown_by_fresh_runs(term.name) == ShownPart::nothing) {
+    return fmt::format("{} is another in each mounting: nothing of it can be foreseen in a fresh run", term.name);
+  }
+  if (shown_by_fresh_runs(term.name) == ShownPart::within_a_run) {
+    return fmt::format(
+        "the unit itself does not correct {}; of it only what changes within a run shows here (blocks "
+        "about each run's own mean)",
+        term.name);
   }
   if (term.name == "scale_nonlinearity") {
     return "the unit itself does not correct scale_nonlinearity: the calibration file states it as even-order term";
@@ -167,6 +166,19 @@ std::array<std::optional<SensorComparison>, calib::kSensorCount> figures(const G
   return result;
 }
 
+/// What the newest search in one of the two models has found of slow noise; nothing where there was none.
+base::Result<std::vector<calib::gap::SensorWander>> slow_noise_found(const db::Catalog& catalog,
+                                                                     const GapComparison& comparison) {
+  const auto reports = catalog.gap_reports(comparison.unit);
+  if (!reports) return base::forward_error(reports);
+  for (const db::GapReportRow& report : std::views::reverse(*reports)) {
+    if (report.model_version != comparison.model && report.model_version != comparison.before) continue;
+    const auto document = nlohmann::json::parse(report.document, nullptr, false);
+    if (document.is_object()) return calib::gap::slow_noise_of(document);
+  }
+  return std::vector<calib::gap::SensorWander>{};
+}
+
 nlohmann::json sensor_json(const std::optional<SensorComparison>& figures, double factor) {
   if (!figures) return nullptr;
   const auto optional = [](const std::optional<double>& value, double by) {
@@ -215,14 +227,31 @@ base::Result<GapComparison> compare_gap(const db::Catalog& catalog, const std::s
   comparison.simulated_after = calib::forward::simulate(*after, *logged);
   comparison.fitted = figures(comparison, true);
   comparison.fresh = figures(comparison, false);
+  auto slow_noise = slow_noise_found(catalog, comparison);
+  if (!slow_noise) return base::forward_error(slow_noise);
+  comparison.slow_noise = *std::move(slow_noise);
   return comparison;
+}
+
+bool moves_blocks(std::string_view effect) {
+  constexpr std::array<std::string_view, 3> kOthers = {"noise_vs_temperature", "quantization", "saturation"};
+  return std::find(kOthers.begin(), kOthers.end(), effect) == kOthers.end();
+}
+
+ShownPart shown_by_fresh_runs(std::string_view effect) {
+  if (!moves_blocks(effect) || effect == "fixture_tilt") return ShownPart::nothing;
+  return effect == "aging_drift" ? ShownPart::within_a_run : ShownPart::all;
+}
+
+bool is_worse(const SensorComparison& figures) { return figures.after_rms > kWorse * figures.before_rms; }
+
+bool is_better(const SensorComparison& figures) {
+  return figures.closed_fraction && figures.before_rms > kWorse * figures.after_rms;
 }
 
 std::vector<std::string> remarks(const GapComparison& comparison) {
   std::vector<std::string> sentences;
-  const bool any_fresh =
-      std::any_of(comparison.runs.begin(), comparison.runs.end(), [](const ComparedRun& run) { return !run.fitted; });
-  if (!comparison.terms.empty() && !any_fresh) {
+  if (!comparison.terms.empty() && std::ranges::all_of(comparison.runs, &ComparedRun::fitted)) {
     sentences.emplace_back(
         "no run is fresh: only one that neither model was fitted to shows whether the gap has closed. Record one with "
         "a procedure whose purpose is verification, or import one with '--procedure verification'");
@@ -232,7 +261,7 @@ std::vector<std::string> remarks(const GapComparison& comparison) {
   }
   for (const calib::Sensor sensor : calib::kSensors) {
     const auto& fresh = comparison.fresh[calib::index_of(sensor)];
-    if (!fresh || fresh->after_rms <= kWorse * fresh->before_rms) continue;
+    if (!fresh || !is_worse(*fresh)) continue;
     sentences.push_back(
         fmt::format("{}: model {} agrees less well with the fresh runs than model {}: look at its curve in 'soak "
                     "report' before deploying it",
@@ -262,6 +291,7 @@ nlohmann::json comparison_json(const GapComparison& comparison) {
           {"terms", calib::terms_json(comparison.terms)},
           {"runs", std::move(runs)},
           {"sensors", std::move(sensors)},
+          {"slow_noise", calib::gap::slow_noise_json(comparison.slow_noise)},
           {"not_evaluated", comparison.simulated_after.not_evaluated},
           {"remarks", remarks(comparison)}};
 }

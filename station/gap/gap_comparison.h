@@ -6,11 +6,13 @@
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "base/result.h"
 #include "calib/estimate/model_term.h"
 #include "calib/forward/simulation.h"
+#include "calib/gap/report/slow_noise.h"
 #include "db/catalog/catalog.h"
 
 namespace soak::station {
@@ -46,6 +48,7 @@ struct GapComparison {
   calib::forward::SimulatedCampaign simulated_after;
   std::array<std::optional<SensorComparison>, calib::kSensorCount> fitted;
   std::array<std::optional<SensorComparison>, calib::kSensorCount> fresh;
+  std::vector<calib::gap::SensorWander> slow_noise;  ///< as the newest search in one of the models has found it
 };
 
 /// Simulates the sealed, unvoided runs of the model's epoch, of calibration and verification, of one campaign where it
@@ -53,6 +56,24 @@ struct GapComparison {
 [[nodiscard]] base::Result<GapComparison> compare_gap(const db::Catalog& catalog, const std::string& unit,
                                                       std::optional<std::int32_t> model,
                                                       const std::optional<std::string>& campaign);
+
+/// Whether an effect shows in what is compared here: blocks about each run's own mean.
+[[nodiscard]] bool moves_blocks(std::string_view effect);
+
+/// What fresh runs can show of an effect in that.
+enum class ShownPart : std::uint8_t {
+  all,
+  within_a_run,  ///< only what changes within a run
+  nothing        ///< it is another in each mounting, or shows in single readings only
+};
+
+[[nodiscard]] ShownPart shown_by_fresh_runs(std::string_view effect);
+
+/// Whether a sensor agrees less well with the runs than before, by more than the chance of other rows.
+[[nodiscard]] bool is_worse(const SensorComparison& figures);
+
+/// Whether it agrees better with fresh runs: the gap was more than noise, and has shrunk by more than that chance.
+[[nodiscard]] bool is_better(const SensorComparison& figures);
 
 /// What somebody who reads the figures must know, a sentence each: no fresh run, effects that do not show here, sensors
 /// that have become worse.

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <utility>
 #include <vector>
 
@@ -20,6 +21,7 @@
 #include "db/run/run_file.h"
 #include "station/fit/fit_unit.h"
 #include "station/runs/recording_reader.h"
+#include "station/runs/still_segment.h"
 
 namespace soak::station {
 namespace {
@@ -81,6 +83,23 @@ base::Status check_curves(const db::ModelRow& model) {
                   model.version, model.unit));
 }
 
+/// What the Allan document of a sensor says of its bias instability; nothing where its curve does not show it.
+std::optional<calib::gap::InstabilityAtRest> instability_of(const nlohmann::json& allan, calib::Sensor sensor,
+                                                            const StillSegment& still) {
+  if (!allan.contains("coefficients") || !allan["coefficients"].contains("bias_instability")) return std::nullopt;
+  const nlohmann::json& found = allan["coefficients"]["bias_instability"];
+  const nlohmann::json& ci95 = found["ci95"];
+  if (!found.value("found", false) || !ci95[0].is_number() || !ci95[1].is_number()) return std::nullopt;
+  const double factor = calib::printed_per_si(sensor);
+  return calib::gap::InstabilityAtRest{.value = found["value"].get<double>() / factor,
+                                       .low = ci95[0].get<double>() / factor,
+                                       .high = ci95[1].get<double>() / factor,
+                                       .tau_s = allan["bias_instability_tau_s"].get<double>(),
+                                       .campaign = still.run.campaign,
+                                       .run = still.run.label,
+                                       .duration_s = allan["samples"].get<double>() / allan["rate_hz"].get<double>()};
+}
+
 }  // namespace
 
 base::Result<calib::gap::LoggedCampaign> with_logs(const db::Catalog& catalog, calib::UnitInput input,
@@ -137,9 +156,47 @@ base::Result<GapSearch> search_gap(const db::Catalog& catalog, const std::string
   search.model = *std::move(model);
   search.terms = *std::move(terms);
   search.campaign = *std::move(logged);
-  search.not_taken_off = calib::forward::subtract_terms(search.terms, search.campaign);
+  search.warnings = calib::forward::subtract_terms(search.terms, search.campaign);
   search.report = calib::gap::find_gap(search.campaign, search.model.version);
   return search;
+}
+
+base::Status set_beside_rest(const db::Catalog& catalog, GapSearch& search) {
+  std::vector<calib::gap::SensorWander>& wanders = search.report.slow_noise;
+  if (wanders.empty()) return {};
+  const auto longest = longest_still_segment(catalog, search.model.unit, search.model.epoch);
+  if (!longest) return base::forward_error(longest);
+  if (!*longest || length_s((*longest)->segment) < 0.99 * calib::kKalibrLeastStill_s) return {};
+  for (calib::gap::SensorWander& wander : wanders) {
+    if ((*longest)->segment.sensor[calib::index_of(wander.sensor)].count == 0) continue;
+    const auto allan = allan_at_rest(catalog, **longest, wander.sensor);
+    if (!allan) {
+      search.warnings.push_back(
+          fmt::format("run '{}' of campaign '{}', the unit's longest rest, cannot be read, so that no bias instability "
+                      "stands beside slow noise: {}",
+                      (*longest)->run.label, (*longest)->run.campaign, allan.error().message));
+      return {};
+    }
+    wander.at_rest = instability_of(*allan, wander.sensor, **longest);
+  }
+  return {};
+}
+
+base::Status set_beside_rest_as_found(const db::Catalog& catalog, GapSearch& search) {
+  if (search.report.slow_noise.empty()) return {};
+  const auto reports = catalog.gap_reports(search.model.unit);
+  if (!reports) return base::forward_error(reports);
+  const auto of_this_model = [&](const db::GapReportRow& row) { return row.model_version == search.model.version; };
+  const auto newest = std::find_if(reports->rbegin(), reports->rend(), of_this_model);
+  if (newest == reports->rend()) return {};
+  const auto document = nlohmann::json::parse(newest->document, nullptr, false);
+  if (!document.is_object()) return {};
+  for (const calib::gap::SensorWander& known : calib::gap::slow_noise_of(document)) {
+    for (calib::gap::SensorWander& wander : search.report.slow_noise) {
+      if (wander.sensor == known.sensor) wander.at_rest = known.at_rest;
+    }
+  }
+  return {};
 }
 
 }  // namespace soak::station

@@ -30,12 +30,19 @@ struct GapSearch {
   std::vector<calib::ModelTerm> terms;  ///< that the model carries
   calib::gap::LoggedCampaign campaign;  ///< less the terms
   calib::gap::GapReport report;
-  std::vector<std::string> not_taken_off;  ///< sentences: terms that some run cannot evaluate
+  std::vector<std::string> warnings;  ///< sentences: terms that some run cannot evaluate, a rest that cannot be read
 };
 
 /// Looks in the runs that a fit takes, of one campaign where it is given. Refuses (bad_input) an unknown unit, and one
 /// without a model of its present epoch.
 [[nodiscard]] base::Result<GapSearch> search_gap(const db::Catalog& catalog, const std::string& unit,
                                                  const std::optional<std::string>& campaign);
+
+/// Sets beside each slow noise the bias instability of the unit's longest rest, if that is half an hour or longer:
+/// reads that recording and works for about a second a sensor. One that cannot be read becomes a warning.
+[[nodiscard]] base::Status set_beside_rest(const db::Catalog& catalog, GapSearch& search);
+
+/// The same as the newest kept search in that model has it, without reading anything.
+[[nodiscard]] base::Status set_beside_rest_as_found(const db::Catalog& catalog, GapSearch& search);
 
 }  // namespace soak::station

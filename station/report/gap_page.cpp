@@ -141,24 +141,51 @@ std::string remarks_part(const GapComparison& comparison) {
   return items.empty() ? "" : "<ul>\n" + items + "</ul>\n";
 }
 
-std::string introduction(const GapComparison& comparison) {
+/// Slow noise, sensor by sensor, beside the bias instability at rest; empty without any.
+std::string slow_noise_part(const std::vector<calib::gap::SensorWander>& wanders) {
+  if (wanders.empty()) return {};
+  html::Table table("Slow noise: how the bias wanders while the unit runs, as the search before found it",
+                    {"Sensor", "Unit", "Standard deviation within a run", "Forgotten within minutes", "Within hours",
+                     "Bias instability B at rest (95 %)"});
+  for (const calib::gap::SensorWander& wander : wanders) {
+    const double factor = calib::printed_per_si(wander.sensor);
+    const auto percent = [](double share) { return html::html_cell(html::number(100.0 * share, 0) + " %", true); };
+    const auto& rest = wander.at_rest;
+    table.row({html::row_heading(calib::name_of(wander.sensor)),
+               html::text_cell(html::unit_text(calib::printed_unit(wander.sensor))),
+               html::number_cell(wander.within_run * factor), percent(wander.share_minutes),
+               percent(wander.share_hours),
+               rest ? html::html_cell(fmt::format("{} ({} to {}), run {}", html::number(rest->value * factor),
+                                                  html::number(rest->low * factor), html::number(rest->high * factor),
+                                                  html::escaped(rest->run)))
+                    : html::text_cell("–")});
+  }
+  return "<section id=\"slow-noise\"><h2>Slow noise</h2>\n" + table.html() + "</section>\n";
+}
+
+std::string introduction(const GapComparison& comparison, const ThreeSentences& sentences) {
   std::size_t fresh = 0;
   for (const ComparedRun& run : comparison.runs) fresh += run.fitted ? 0 : 1;
+  std::string first;
+  for (const std::string& sentence : sentences) first += "<p>" + html::escaped(sentence) + "</p>\n";
   return fmt::format(
-      "<h1>Simulation and measurement, unit {}</h1>\n<p>Each run was simulated from its own log of temperature, "
+      "<h1>Simulation and measurement, unit {}</h1>\n<div id=\"result\">{}</div>\n<p>Each run was simulated from its "
+      "own log of temperature, "
       "positions and place: with model {} (before) and with model {} (after its accepted effects). The gap is what the "
       "unit measured minus what was simulated. {} runs, {} of them fresh: neither model was fitted to those. "
       "<b>Floor</b> is what noise and run-to-run scatter would leave with a perfect model, <b>noise alone</b> what the "
       "noise of the samples would leave. Fitted runs lie below the floor, because the fit follows part of their "
       "noise.</p>\n",
-      html::escaped(comparison.unit), comparison.before, comparison.model, comparison.runs.size(), fresh);
+      html::escaped(comparison.unit), first, comparison.before, comparison.model, comparison.runs.size(), fresh);
 }
 
 }  // namespace
 
-std::string gap_page(const GapComparison& comparison, const std::string& software, double created_utc_s) {
-  std::string body = introduction(comparison) + "<section id=\"figures\"><h2>Figures</h2>\n" + figures(comparison) +
-                     remarks_part(comparison) + "</section>\n<section id=\"pictures\"><h2>Pictures</h2>\n";
+std::string gap_page(const GapComparison& comparison, const ThreeSentences& sentences, const std::string& software,
+                     double created_utc_s) {
+  std::string body = introduction(comparison, sentences) + "<section id=\"figures\"><h2>Figures</h2>\n" +
+                     figures(comparison) + remarks_part(comparison) +
+                     "</section>\n<section id=\"pictures\"><h2>Pictures</h2>\n";
   json data = {{"sensors", json::object()}};
   if (!comparison.simulated_before.blocks.empty()) {
     body += "<div class=\"figures\">\n";
@@ -168,7 +195,7 @@ std::string gap_page(const GapComparison& comparison, const std::string& softwar
     }
     body += "</div>\n";
   }
-  body += "</section>\n" + terms_part(calib::terms_json(comparison.terms));
+  body += "</section>\n" + slow_noise_part(comparison.slow_noise) + terms_part(calib::terms_json(comparison.terms));
   const std::string title = fmt::format("{}Gap of unit {}, models {} and {}", comparison.simulated ? "SIMULATED: " : "",
                                         comparison.unit, comparison.before, comparison.model);
   return page_frame({title, software, created_utc_s, comparison.simulated}, body, data);

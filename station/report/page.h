@@ -8,6 +8,7 @@
 #include "nav/outages/outage_runner.h"
 #include "station/gap/gap_comparison.h"
 #include "station/report/campaign_report.h"
+#include "station/report/gap_words.h"
 
 namespace soak::station {
 
@@ -22,8 +23,10 @@ namespace soak::station {
 [[nodiscard]] std::string campaign_page(const CampaignReport& report);
 
 /// The gap before and after as one HTML page that needs nothing else: per sensor what was read beyond the simulation,
-/// over temperature, with a table of figures and what was accepted. `software`: name and version of this program.
-[[nodiscard]] std::string gap_page(const GapComparison& comparison, const std::string& software, double created_utc_s);
+/// over temperature, with a table of figures and what was accepted. `sentences`: what stands first. `software`: name
+/// and version of this program.
+[[nodiscard]] std::string gap_page(const GapComparison& comparison, const ThreeSentences& sentences,
+                                   const std::string& software, double created_utc_s);
 
 /// A comparison of pipelines on outages (comparison_json(), of these results) as one HTML page that needs nothing else:
 /// their table, the mean error over time, and of the first 24 outages the track and the error over time, each line of

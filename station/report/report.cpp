@@ -14,7 +14,6 @@
 #include "calib/model/deployed_terms.h"
 #include "calib/model/document_parts.h"
 #include "calib/model/model_document.h"
-#include "calib/signal/documents/signal_json.h"
 #include "station/config/unit_type_file.h"
 #include "station/fit/fit_unit.h"
 #include "station/fit/reference_rule.h"
@@ -25,7 +24,6 @@
 #include "station/records/check_standard.h"
 #include "station/records/signing.h"
 #include "station/report/runs_of_model.h"
-#include "station/runs/signal_source.h"
 #include "station/runs/still_segment.h"
 
 namespace soak::station {
@@ -34,27 +32,6 @@ namespace {
 using nlohmann::json;
 
 // ---- noise ----
-
-/// Samples of one sensor that a report analyses at most: 5.8 hours at 200 Hz, about a second of work.
-inline constexpr std::size_t kMostNoiseSamples = std::size_t{1} << 22U;
-
-/// The Allan document of one sensor, or {"reason"} where there is none. Damage of the run file is a failure.
-base::Result<json> sensor_noise(const db::Catalog& catalog, const StillSegment& still, calib::Sensor sensor) {
-  const RunPart part{{.unit = still.run.unit, .campaign = still.run.campaign, .run = still.run.run_id},
-                     still.segment.key.visit,
-                     still.segment.key.position};
-  auto record = read_run_signal(catalog, part, std::string(calib::name_of(sensor)));
-  if (!record) {
-    if (record.error().kind == base::ErrorKind::corrupt) return base::forward_error(record);
-    return json{{"reason", record.error().message}};
-  }
-  if (record->values.size() > kMostNoiseSamples) {
-    record->values.resize(kMostNoiseSamples);
-    record->t_s.resize(kMostNoiseSamples);
-  }
-  const auto document = calib::allan_json(*record, {});
-  return document ? *document : json{{"reason", document.error().message}};
-}
 
 json segment_json(const StillSegment& still) {
   const calib::Segment& segment = still.segment;
@@ -74,7 +51,7 @@ json no_noise(const std::string& reason) {
 }
 
 /// The section `noise` of a report: for each sensor the document of `soak signal allan` of the unit's longest segment
-/// at rest in this epoch (still_segment.h), from its first kMostNoiseSamples samples. `reason` says why there is
+/// at rest in this epoch (still_segment.h). `reason` says why there is
 /// nothing where there is nothing. `progress` is told the share that is done, and stops the work (internal) where it
 /// returns false.
 base::Result<json> noise_json(const db::Catalog& catalog, const std::string& unit, std::int32_t epoch,
@@ -90,7 +67,7 @@ base::Result<json> noise_json(const db::Catalog& catalog, const std::string& uni
       return base::fail(base::ErrorKind::internal, "interrupted; no report was written");
     }
     if ((*longest)->segment.sensor[calib::index_of(sensor)].count == 0) continue;
-    auto document = sensor_noise(catalog, **longest, sensor);
+    auto document = allan_at_rest(catalog, **longest, sensor);
     if (!document) return base::forward_error(document);
     sensors[std::string(calib::name_of(sensor))] = *std::move(document);
   }

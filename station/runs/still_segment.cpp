@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "calib/estimate/unit_input.h"
@@ -31,6 +32,25 @@ base::Result<std::optional<StillSegment>> longest_still_segment(const db::Catalo
     }
   }
   return longest;
+}
+
+base::Result<nlohmann::json> allan_at_rest(const db::Catalog& catalog, const StillSegment& still,
+                                           calib::Sensor sensor) {
+  constexpr std::size_t kMostSamples = std::size_t{1} << 22U;
+  const RunPart part{{.unit = still.run.unit, .campaign = still.run.campaign, .run = still.run.run_id},
+                     still.segment.key.visit,
+                     still.segment.key.position};
+  auto record = read_run_signal(catalog, part, std::string(calib::name_of(sensor)));
+  if (!record) {
+    if (record.error().kind == base::ErrorKind::corrupt) return base::forward_error(record);
+    return nlohmann::json{{"reason", record.error().message}};
+  }
+  if (record->values.size() > kMostSamples) {
+    record->values.resize(kMostSamples);
+    record->t_s.resize(kMostSamples);
+  }
+  const auto document = calib::allan_json(*record, {});
+  return document ? *document : nlohmann::json{{"reason", document.error().message}};
 }
 
 namespace {

@@ -62,6 +62,10 @@ HEADER = ("t_s", "run", "phase", "sweep", "plateau_c", "position", "chamber_c", 
 ROW = "%d,%s,%s,%s,%g,%s,%.2f,%.4f,%.5f,%.5f,%.5f,%.5f,%.5f,%.5f,%d,%d"
 
 
+class OutOfReach(ValueError):
+    """This design cannot show the effect in this size."""
+
+
 @dataclass(frozen=True)
 class Design:
     spacing_k: float = 10.0
@@ -444,7 +448,7 @@ def sensor_lag(log, unit, size: float) -> tuple[np.ndarray, dict]:
 
     low, high = np.log(0.1), np.log(LONGEST_LAG_S)
     if missing(high) < 0:
-        raise ValueError(f"sensor_lag reaches {missing(high) + size:.3g} at most in this design")
+        raise OutOfReach(f"sensor_lag reaches {missing(high) + size:.3g} at most in this design")
     tau_s = float(np.exp(brentq(missing, low, high, xtol=1e-5)))
     return lagged(tau_s, slice(None)), dict(tau_s=tau_s)
 
@@ -462,7 +466,7 @@ def hide(seed: int, log, unit, effect: str, size: float | None) -> tuple[np.ndar
     sizes = sizes_left(bases(log, stiff=effect == "narrow_bump"), blocks)
     share = size_of(sizes, affected) / size_of(blocks.std(axis=0), affected)
     if share < 0.02:
-        raise ValueError(f"the base absorbs {effect} but for {share:.2g} of it: this design cannot show it")
+        raise OutOfReach(f"the base absorbs {effect} but for {share:.2g} of it: this design cannot show it")
     scale = 1.0 if size is None or effect == "sensor_lag" else size / size_of(sizes, affected)
     return scale * raw, dict(
         parameters=found, scale=scale, size_reached=scale * size_of(sizes, affected),

@@ -2,6 +2,10 @@
 """What the second laboratory promises: sizes, noise, hysteresis, repeatability, and a file that the format allows."""
 from __future__ import annotations
 
+import contextlib
+import importlib.machinery
+import importlib.util
+import io
 import json
 import os
 import sys
@@ -49,6 +53,49 @@ def size_from_labels(campaign: lab.Campaign) -> float:
     return float(np.sqrt(np.mean(squares)))
 
 
+def prove():
+    """tools/prove/second-laboratory as a module."""
+    path = str(Path(__file__).resolve().parents[2] / "tools" / "prove" / "second-laboratory")
+    loader = importlib.machinery.SourceFileLoader("prove_second_laboratory", path)
+    module = importlib.util.module_from_spec(importlib.util.spec_from_loader(loader.name, loader))
+    loader.exec_module(module)
+    return module
+
+
+class Table(unittest.TestCase):
+    """What tools/prove/second-laboratory makes of verdicts."""
+
+    @staticmethod
+    def verdict(effect, size, verdict, names=""):
+        return {"plan": "10 K", "slow": "white 0.0", "effect": effect, "size": size, "seed": 1, "verdict": verdict, "names": names, "set": names,
+                "odds": "", "oracle": "", "suspects": "", "cpu_s": 1.0, "reason": ""}
+
+    def printed(self, records):
+        with contextlib.redirect_stdout(io.StringIO()) as out:
+            failed = prove().print_table(records)
+        return failed, out.getvalue()
+
+    def test_a_group_without_a_campaign_fails(self):
+        good = [self.verdict("none", None, "none"), self.verdict("creep", 1.2, "unknown"), self.verdict("sensor_lag", 1.2, "named", "sensor_lag")]
+        self.assertFalse(self.printed(good)[0])
+        for k in range(3):
+            failed, text = self.printed(good[:k] + good[k + 1:])
+            self.assertTrue(failed)
+            self.assertIn("no campaign was judged", text)
+
+    def test_the_rotation_of_the_earth_as_it_is_counts_apart(self):
+        earth = [self.verdict("earth_rate", None, "none") for _ in range(9)]
+        good = [self.verdict("none", None, "none"), self.verdict("creep", 1.2, "unknown"), self.verdict("sensor_lag", 1.2, "named", "sensor_lag")]
+        failed, text = self.printed(good + earth)
+        self.assertFalse(failed)
+        self.assertIn("first name right, 0.6 up:   1/1", text)
+        self.assertRegex(text, r"earth_rate as it is: +0/9")
+
+    def test_what_was_not_made_is_counted_cell_by_cell(self):
+        cell = [self.verdict("moisture", 2.4, "not made"), self.verdict("moisture", 2.4, "not made"), self.verdict("moisture", 2.4, "unknown")]
+        self.assertRegex(self.printed(cell)[1], r"not made.*moisture 2.4 10 K, white 0.0: 2 of 3")
+
+
 class Size(unittest.TestCase):
     def test_is_what_was_asked(self):
         for effect in ("temperature_rate", "creep", "cross_axis", "fixture_tilt", "sensor_lag"):
@@ -67,8 +114,12 @@ class Size(unittest.TestCase):
                 json.dumps(found)
 
     def test_a_size_out_of_reach_is_refused(self):
-        with self.assertRaises(ValueError):
+        with self.assertRaises(lab.OutOfReach):
             lab.make(5, SMALL, "sensor_lag", 100)
+        for unheard_of in (("no_such_effect", 1.2), ("creep", 0.0)):
+            with self.assertRaises(ValueError) as refused:
+                lab.make(5, SMALL, *unheard_of)
+            self.assertNotIsInstance(refused.exception, lab.OutOfReach)
 
     def test_the_effect_is_all_that_differs(self):
         plain, hidden = lab.make(4, SMALL), lab.make(4, SMALL, "creep", 0.6)

@@ -29,18 +29,22 @@ PLACE = ("--unit", "SN1", "--gravity-mps2", G, "--simulated")
 @dataclasses.dataclass(frozen=True)
 class Case:
     """`seed`: of the campaign. `hidden_as`: what tests/blind/second_laboratory.py calls the effect; else soaksim-campaign hides it.
-    `device`: what the file does about it: `corrected`, `listed` (as lab only), `even_order` (its section holds it), `not_listed`."""
+    `device`: what the file does about it: `corrected`, `listed` (as lab only), `even_order` (its section holds it), `not_listed`.
+    `most_left`: what a device with that file may leave of a fresh run, over what one with the file before does; None: that is not met."""
     effect: str
     seed: int
     device: str = "listed"
     hidden_as: str = ""
     runs: int = 6
+    most_left: float | None = 1.05
 
 
 CASES = (
-    Case("warmup_transient", 61),
+    # Not met: only the laboratory takes a warm-up off, and a device with the file leaves 24, 33 and 44 % more of a fresh run (gyros x, y, z) than
+    # with the file before.
+    Case("warmup_transient", 61, most_left=None),
     Case("earth_rate", 62, device="not_listed"),
-    Case("cross_axis", 63, device="corrected"),
+    Case("cross_axis", 63, device="corrected", most_left=0.8),
     Case("fixture_tilt", 64, device="not_listed"),
     Case("scale_nonlinearity", 65, device="even_order"),
     Case("vibration_rectification", 66),
@@ -101,6 +105,7 @@ class Loop(SoakTest):
         self.assertEqual([term["name"] for term in self.fit()["terms"]], [case.effect])
         shown = self.json("gap-show", "gap", "show")
         self.check_fresh_runs(case, sensors, shown)
+        self.check_sentences(case, shown)
         self.check_document(case, sensors)
         self.check_device(case, sensors)
 
@@ -123,6 +128,17 @@ class Loop(SoakTest):
         self.assertTrue(closed)
         for sensor, fraction in closed.items():
             self.assertGreaterEqual(fraction, 0.5, sensor)
+
+    def check_sentences(self, case, shown):
+        """What is said first of a right effect: never that it is to be taken out."""
+        what, evidence, following = self.soak("gap", "show", "--unit", "SN1").stdout.splitlines()[:3]
+        self.assertIn(case.effect, what)
+        self.assertNotIn("withdraw", following)
+        self.assertIn("soak verify --unit SN1", following)
+        self.assertNotIn("single readings", evidence)
+        self.assertEqual("cannot tell" in evidence, case.effect == "fixture_tilt", evidence)
+        self.assertEqual("only what changes within it" in evidence, case.effect == "aging_drift", evidence)
+        self.assertEqual("soak release" in following, case.effect != "fixture_tilt", shown["sensors"])
 
     def export(self, form, *options):
         target = self.folder / f"out{''.join(map(str, options))}.{form}"
@@ -147,9 +163,8 @@ class Loop(SoakTest):
             device = self.soak_json("correct", "correct", self.export("blob", "--model", model), self.fresh[-1], "--campaign", "fresh")
             self.assertEqual(device["moving_terms"], case.device == "corrected" and model == 3)
             left.append({sensor: device["sensors"][sensor]["corrected_rms"] for sensor in sensors})
-        if case.device == "corrected":
-            for sensor in sensors:
-                self.assertLess(left[1][sensor], 0.8 * left[0][sensor], sensor)
+        for sensor in sensors if case.most_left is not None else ():
+            self.assertLess(left[1][sensor], case.most_left * left[0][sensor], sensor)
 
 
 def test_of(case):

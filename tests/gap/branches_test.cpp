@@ -158,6 +158,7 @@ TEST(Branches, NeverNameADrift) {
     EXPECT_EQ(report.conclusion, Conclusion::unknown) << report.reason;
     ASSERT_TRUE(report.residual_structure) << report.reason;
     EXPECT_EQ(report.residual_structure->axis, "time of the recording");
+    EXPECT_EQ(report.residual_structure->kind, StructureKind::drift_in_run);
   }
 }
 

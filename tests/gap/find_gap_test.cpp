@@ -464,6 +464,7 @@ TEST(FindGap, SaysUnknownOfCreepAfterEachTurn) {
   EXPECT_TRUE(report.effects.empty());
   ASSERT_TRUE(report.residual_structure);
   EXPECT_EQ(report.residual_structure->axis, "time since the fixture turned");
+  EXPECT_EQ(report.residual_structure->kind, StructureKind::creep_after_turn);
 }
 
 TEST(FindGap, OfOneRunCannotJudge) {

@@ -25,12 +25,19 @@ GapReport report_on_one_thread(const Plan& plan, const Hidden& hidden) {
   return find_gap(made_up::campaign(plan, hidden), 1);
 }
 
-void expect_unknown(const GapReport& report, std::string_view axis) {
+void expect_unknown(const GapReport& report, std::string_view axis, StructureKind kind) {
   EXPECT_EQ(name_of(report.conclusion), "unknown") << report.reason;
   EXPECT_TRUE(report.effects.empty());
   ASSERT_TRUE(report.residual_structure);
-  if (axis.empty()) return;
+  EXPECT_EQ(name_of(report.residual_structure->kind), name_of(kind));
   EXPECT_EQ(report.residual_structure->axis, axis);
+}
+
+/// A step is found at the first block of the placement after it: at most a soak and a placement later, or, where noise
+/// hides it, a placement earlier.
+void expect_at(const BiasStep& step, double when_s) {
+  EXPECT_GT(step.t_s, when_s - 200.0) << step.run << " " << name_of(step.sensor);
+  EXPECT_LT(step.t_s, when_s + 2200.0) << step.run << " " << name_of(step.sensor);
 }
 
 /// State of a mechanism that all sensors of a unit share, carried from moment to moment of a run.
@@ -52,7 +59,7 @@ TEST(Unknown, IsABiasThatJumpsToAndFro) {
     }
     return sensor == Sensor::gyro_y ? 2.0 * plan.gyro_block * next_s->value : 0.0;
   });
-  expect_unknown(report, "time, by jumps that no other run has");
+  expect_unknown(report, "time, by jumps that no other run has", StructureKind::telegraph_noise);
   EXPECT_EQ(report.residual_structure->sensors, std::vector<Sensor>{Sensor::gyro_y});
 }
 
@@ -65,24 +72,34 @@ TEST(Unknown, IsABiasThatStepsOnceInEachRun) {
     when_s.at(r) = 4000.0 + 20000.0 * random.uniform();
     height.at(r) = random.uniform() < 0.5 ? -3.0 : 3.0;
   }
-  expect_unknown(report_on_one_thread(plan,
-                                      [&](Sensor sensor, const Moment& moment) {
-                                        const auto r = static_cast<std::size_t>(moment.run);
-                                        return moment.t_s > when_s.at(r) ? height.at(r) * unit_of(plan, sensor) : 0.0;
-                                      }),
-                 "time, by jumps that no other run has");
+  const GapReport report = report_on_one_thread(plan, [&](Sensor sensor, const Moment& moment) {
+    const auto r = static_cast<std::size_t>(moment.run);
+    return moment.t_s > when_s.at(r) ? height.at(r) * unit_of(plan, sensor) : 0.0;
+  });
+  expect_unknown(report, "time, by jumps that no other run has", StructureKind::step);
+  ASSERT_FALSE(report.residual_structure->steps.empty());
+  for (const BiasStep& step : report.residual_structure->steps) {
+    const std::size_t r = static_cast<std::size_t>(step.run.at(1) - '1');
+    expect_at(step, when_s.at(r));
+    EXPECT_GT(step.size * height.at(r), 0.0) << step.run << " " << name_of(step.sensor);
+  }
 }
 
 TEST(Unknown, IsABiasThatStepsOnceInOneRun) {
   const Plan plan;
   const Hidden wandering = made_up::wander(plan, 0.5, {360.0, 3600.0, 36000.0}, 11);
-  expect_unknown(report_on_one_thread(plan,
-                                      [&](Sensor sensor, const Moment& moment) {
-                                        const bool steps =
-                                            sensor == Sensor::accel_y && moment.run == 2 && moment.t_s > 14000.0;
-                                        return wandering(sensor, moment) + (steps ? 8.0 * plan.accel_block : 0.0);
-                                      }),
-                 "time, by jumps that no other run has");
+  const GapReport report = report_on_one_thread(plan, [&](Sensor sensor, const Moment& moment) {
+    const bool steps = sensor == Sensor::accel_y && moment.run == 2 && moment.t_s > 14000.0;
+    return wandering(sensor, moment) + (steps ? 8.0 * plan.accel_block : 0.0);
+  });
+  expect_unknown(report, "time, by jumps that no other run has", StructureKind::step);
+  ASSERT_EQ(report.residual_structure->steps.size(), 1U);
+  const BiasStep& step = report.residual_structure->steps.front();
+  EXPECT_EQ(step.run, "R3");
+  EXPECT_EQ(step.sensor, Sensor::accel_y);
+  expect_at(step, 14000.0);
+  // The scatter of visits and placements on either side, and what the wander does meanwhile: some two blocks.
+  EXPECT_NEAR(step.size, 8.0 * plan.accel_block, 3.0 * plan.accel_block);
 }
 
 // A step that is as far from the mean of its run as a wander of that size, for hours: at first the estimate of the
@@ -94,8 +111,11 @@ TEST(Unknown, IsABiasThatStepsOnceBesideAStrongWander) {
     const bool steps = sensor == Sensor::accel_x && moment.run == 3 && moment.t_s > 13000.0;
     return wandering(sensor, moment) + (steps ? 6.5 * plan.accel_block : 0.0);
   });
-  expect_unknown(report, "time, by jumps that no other run has");
+  expect_unknown(report, "time, by jumps that no other run has", StructureKind::step);
   EXPECT_EQ(report.residual_structure->sensors, std::vector<Sensor>{Sensor::accel_x});
+  ASSERT_FALSE(report.residual_structure->steps.empty());
+  EXPECT_EQ(report.residual_structure->steps.front().run, "R4");
+  expect_at(report.residual_structure->steps.front(), 13000.0);
 }
 
 TEST(Unknown, IsABiasThatJumpsToAndFroBesideAStrongWander) {
@@ -111,7 +131,7 @@ TEST(Unknown, IsABiasThatJumpsToAndFroBesideAStrongWander) {
     }
     return wandering(sensor, moment) + (sensor == Sensor::gyro_y ? 2.5 * plan.gyro_block * next_s->value : 0.0);
   });
-  expect_unknown(report, "time, by jumps that no other run has");
+  expect_unknown(report, "time, by jumps that no other run has", StructureKind::telegraph_noise);
   EXPECT_EQ(report.residual_structure->sensors, std::vector<Sensor>{Sensor::gyro_y});
 }
 
@@ -143,7 +163,7 @@ TEST(Unknown, IsADailyWaveBesideABiasThatWanders) {
                                                3.0 * unit_of(plan, sensor) *
                                                    std::sin(2.0 * std::numbers::pi * utc_s / 86400.0);
                                       }),
-                 "time of day");
+                 "time of day", StructureKind::daily_wave);
 }
 
 TEST(Unknown, IsNotAWanderOfAllSensorsButOne) {

@@ -400,6 +400,81 @@ class Page(BrowserTest, WithStation):
             self.assertEqual(said[0], accepts)
             self.assertEqual("Before you accept" in said[1], not accepts)
 
+    def told(self, report, carried=()):
+        """What a report says first on the page: what was found, how sure that is, what to do next."""
+        return self.browser.run("""const [report, carried] = arguments;
+          const joined = (parts) => parts.map((part) => part.english ?? part).join("");
+          return import('/gap_words.mjs').then((words) => [words.gapText(report, { version: 1, terms: [] }), words.gapSureOf(report, { version: 1, terms: [] }),
+            words.gapNextOf(report, carried)].map(joined))""", report, list(carried))
+
+    def report(self, verdict, **members):
+        structure = {"axis": "time of day", "kind": "daily_wave", "closer_plateaus_k": None, "p_adjusted": 1e-5, "sensors": ["gyro_y"], "steps": []}
+        return {"verdict": verdict, "model": 1, "effects": [], "suspects": [], "reason": "one run only", "held_out": "run", "detection_limit": {"gyro_x": 0.001, "accel_x": 0.002},
+                "gap": {"gyro_y": {"before_rms": 0.005, "after_rms": 0.005, "floor_rms": 0.001}},
+                "residual_structure": structure | members.pop("structure", {}) if verdict == "unknown" else None, **members}
+
+    def test_three_sentences_stand_first_whatever_the_verdict(self):
+        self.go("events", "return document.querySelector('#audit tbody tr')")
+        lag = {"name": "sensor_lag", "magnitude": {"value": 312, "unit": "s"}, "shape": "", "sensors": ["gyro_x"], "confusable_with": ["moisture"],
+               "next_experiment": "a slower ramp", "evidence": {"p_adjusted": 1e-9}}
+        what, sure, following = self.told(self.report("named", effects=[lag]))
+        for wanted, line in (("312 s", what), ("gyro x", what), ("thermometer", what), ("sensor lag", sure), ("moisture", sure), ("a slower ramp", following)):
+            self.assertIn(wanted, line)
+        what, sure, following = self.told(self.report("none"))
+        self.assertIn("1.0 m°/s", sure)
+        self.assertTrue(what and following)
+        what, sure, following = self.told(self.report("cannot_judge"))
+        self.assertIn("one run only", sure)
+        what, sure, following = self.told(self.report("unknown"))
+        for wanted, line in (("time of day", what), ("gyro y", what), ("5.00 m°/s", what), ("building", sure), ("room", following)):
+            self.assertIn(wanted, line)
+        self.assertIn("10 K", self.told(self.report("unknown", structure={"closer_plateaus_k": 10}))[2])
+        self.assertIn("third branch", self.told(self.report("unknown", held_out="half"))[2])
+        drift = {"kind": "drift_in_run", "axis": "time of the recording", "runs": None}
+        self.assertIn("same cycle once more", self.told(self.report("unknown", held_out="branch", structure=drift))[2])
+        sweep = self.told(self.report("unknown", held_out="branch", structure={"kind": "direction_of_sweep", "axis": "direction of the sweep", "runs": None}))
+        self.assertIn("ramp rate", sweep[2])
+        self.assertNotIn("first position", sweep[2])
+        few, many = (self.told(self.report("unknown", structure={"kind": "wander", "runs": runs})) for runs in (3, 4))
+        self.assertIn("too few runs", few[1])
+        self.assertNotIn("too few runs", many[1])
+        self.assertNotIn("four or more", many[2])
+        kept = self.report("unknown")  # before there were kinds
+        for key in ("kind", "steps", "closer_plateaus_k"):
+            del kept["residual_structure"][key]
+        what, sure, following = self.told(kept)
+        self.assertIn("time of day", what)
+        self.assertTrue(following)
+
+    def test_a_step_says_when_and_in_which_sensor(self):
+        self.go("events", "return document.querySelector('#audit tbody tr')")
+        steps = [{"run": run, "sensor": "gyro_y", "t_s": 9000.0, "since_start_s": since, "last_before_s": since - 240.0, "temp_c": 25.04, "size": size, "unit": "deg/s"}
+                 for run, since, size in (("R2", 600.0, 0.002), ("R3", 7260.0, -0.02))]
+        report = self.report("unknown", structure={"kind": "step", "steps": steps})
+        what, sure, following = self.told(report)
+        for wanted in ("gyro y", "R3", "1 h 57 min to 2 h 1 min", "at a plateau", "25 °C", "20 m°/s"):
+            self.assertIn(wanted, what.replace("2 h 01 min", "2 h 1 min"))
+        self.assertEqual(len(self.browser.run("return import('/gap_words.mjs').then((words) => words.stepRows(arguments[0]))", steps)), 2)
+
+    def test_every_kind_is_told_in_both_languages(self):
+        self.go("events", "return document.querySelector('#audit tbody tr')")
+        schema = json.loads((ROOT / "docs" / "schema" / "gap-find.schema.json").read_text(encoding="utf-8"))
+        kinds = schema["properties"]["residual_structure"]["oneOf"][1]["properties"]["kind"]["enum"]
+        for language in ("en", "de"):
+            said = self.browser.run("return import(`/text_gap_${arguments[0]}.mjs`).then(({ text }) => arguments[1].flatMap((kind) => [text.kinds(kind, false, 3), text.kinds(kind, true, 6)]))", language, kinds)
+            for kind, words in zip([kind for kind in kinds for _ in range(2)], said, strict=True):
+                self.assertTrue(words and words["usual"] and words["look"], f"{language}: {kind}")
+
+    def test_slow_noise_stands_beside_the_rest(self):
+        self.go("events", "return document.querySelector('#audit tbody tr')")
+        noise = [{"sensor": "gyro_x", "unit": "deg/s", "within_run": 0.0031, "share_minutes": 0.25, "share_hours": 0.75,
+                  "bias_instability": {"value": 0.0007, "ci95": [0.0006, 0.0008], "tau_s": 900.0, "campaign": "rest", "run": "R1", "duration_s": 72000.0}},
+                 {"sensor": "accel_x", "unit": "m/s2", "within_run": 0.002, "share_minutes": 1.0, "share_hours": 0.0, "bias_instability": None}]
+        rows = self.browser.run("return import('/gap_words.mjs').then((words) => words.slowNoiseRows(arguments[0]))", noise)
+        self.assertEqual(rows[0][:5], ["gyro x", "3.1", "m°/s", "25 %", "75 %"])
+        self.assertIn("0.70", rows[0][5])
+        self.assertEqual(rows[1][5], "–")
+
     def test_what_takes_nothing_of_the_gap_says_why_it_counts(self):
         self.go("events", "return document.querySelector('#audit tbody tr')")
         said = [

@@ -20,7 +20,8 @@ DESCRIBED = {"Status": ("campaign-status", ""), "LiveUnit": ("campaign-status", 
              "FleetCurve": ("http-fleet", "$defs/curve"), "FleetLine": ("http-fleet", "$defs/curve/units/items"), "Audit": ("http-audit", ""),
              "Event": ("http-audit", "events/items"), "Chain": ("events-verify", ""), "UnitType": ("http-types", "types/items"),
              "Procedure": ("http-procedures", "procedures/items"), "Reference": ("reference-list", "$defs/entry"),
-             "CampaignCheck": ("http-campaign-check", ""), "SlotFinding": ("http-campaign-look", "slots/items"), "Session": ("http-session", ""), "AlarmWay": ("http-alarms", "ways/items"), "StationKey": ("http-key", "key"),
+             "CampaignCheck": ("http-campaign-check", ""), "SlotFinding": ("http-campaign-look", "slots/items"), "GapFind": ("gap-find", ""),
+             "Structure": ("gap-find", "residual_structure"), "BiasStep": ("gap-find", "residual_structure/steps/items"), "SlowNoise": ("gap-find", "slow_noise/items"), "Session": ("http-session", ""), "AlarmWay": ("http-alarms", "ways/items"), "StationKey": ("http-key", "key"),
              "SetupChoices": ("http-setup", ""), "SetupMap": ("http-setup", "chambers/items"), "SetupCheck": ("http-setup-check", ""), "Survey": ("chamber-probe", "")}
 
 

@@ -82,8 +82,10 @@ std::vector<NamedEffect> entries_of(const BranchResult& result, const std::vecto
   return entries;
 }
 
-ResidualStructure residual_structure_of(const BranchResult& result, std::string axis, std::vector<Sensor> sensors) {
-  ResidualStructure structure{.axis = std::move(axis), .sensors = std::move(sensors)};
+ResidualStructure residual_structure_of(const BranchResult& result, StructureKind kind, std::string axis,
+                                        std::vector<Sensor> sensors) {
+  ResidualStructure structure{.kind = kind, .axis = std::move(axis), .sensors = std::move(sensors)};
+  structure.recorded.on_ramps = true;
   for (const Sensor sensor : structure.sensors) {
     structure.p_adjusted = std::min(structure.p_adjusted, result.sensor[index_of(sensor)]->p_gap);
   }
@@ -113,7 +115,8 @@ void decide_without_names(const BranchResult& result, bool halves, GapReport& re
   report.conclusion = Conclusion::unknown;
   report.reason = fmt::format(
       "heating and cooling differ alike each time in {}, and no effect of the library predicts it", list_of(alike));
-  report.residual_structure = residual_structure_of(result, "direction of the sweep", std::move(alike));
+  report.residual_structure =
+      residual_structure_of(result, StructureKind::direction_of_sweep, "direction of the sweep", std::move(alike));
 }
 
 /// "", or " (thermal_hysteresis as well)".
@@ -139,7 +142,8 @@ void decide_on_ramps(const BranchResult& result, const std::vector<RampEffect>& 
   if (rest > 0.0) report.reason += fmt::format("; no effect predicts {}", list_of(result.unexplained));
   if (drifts) {
     report.reason += "; a drift in time does so as well: the same cycle once more would decide";
-    report.residual_structure = residual_structure_of(result, "time of the recording", result.explained);
+    report.residual_structure =
+        residual_structure_of(result, StructureKind::drift_in_run, "time of the recording", result.explained);
   } else if (strange) {
     report.reason += ": too much remains unexplained to name it";
   }

@@ -99,6 +99,31 @@ nlohmann::json notes_json(const std::vector<Warning>& notes) {
   return list;
 }
 
+nlohmann::json structure_json(const ResidualStructure& structure) {
+  nlohmann::json steps = nlohmann::json::array();
+  for (const BiasStep& step : structure.steps) {
+    steps.push_back({{"run", step.run},
+                     {"sensor", name_of(step.sensor)},
+                     {"t_s", step.t_s},
+                     {"since_start_s", step.since_s},
+                     {"last_before_s", step.before_s},
+                     {"temp_c", step.temp_c},
+                     {"size", step.size * printed_per_si(step.sensor)},
+                     {"unit", printed_unit(step.sensor)}});
+  }
+  const StructureWords words = words_of(structure.kind, structure.recorded);
+  return {{"axis", structure.axis},
+          {"kind", name_of(structure.kind)},
+          {"usual", words.usual},
+          {"look", words.look},
+          {"closer_plateaus_k",
+           structure.closer_plateaus_k ? nlohmann::json(*structure.closer_plateaus_k) : nlohmann::json()},
+          {"p_adjusted", structure.p_adjusted},
+          {"sensors", names_of(structure.sensors)},
+          {"runs", structure.recorded.on_ramps ? nlohmann::json() : nlohmann::json(structure.recorded.runs)},
+          {"steps", std::move(steps)}};
+}
+
 }  // namespace
 
 nlohmann::json gap_json(const GapReport& report) {
@@ -112,11 +137,7 @@ nlohmann::json gap_json(const GapReport& report) {
     if (report.detection_limit[s]) limits[std::string(name_of(sensor))] = *report.detection_limit[s] * factor;
   }
   nlohmann::json structure;
-  if (report.residual_structure) {
-    structure = {{"axis", report.residual_structure->axis},
-                 {"p_adjusted", report.residual_structure->p_adjusted},
-                 {"sensors", names_of(report.residual_structure->sensors)}};
-  }
+  if (report.residual_structure) structure = structure_json(*report.residual_structure);
   nlohmann::json locked;
   if (report.locked) locked = {{"run", report.locked->label}, {"gap", gaps_json(report.locked->gap)}};
   return {{"unit", report.unit},
@@ -128,6 +149,7 @@ nlohmann::json gap_json(const GapReport& report) {
           {"effects", effects_json(report)},
           {"suspects", suspects_json(report)},
           {"residual_structure", std::move(structure)},
+          {"slow_noise", slow_noise_json(report.slow_noise)},
           {"not_testable", std::move(not_testable)},
           {"rejected_by_gate", rejections_json(report.rejections)},
           {"detection_limit", std::move(limits)},

@@ -8,65 +8,19 @@
 #include <array>
 #include <cmath>
 #include <iterator>
-#include <map>
 #include <string_view>
 #include <utility>
 
-#include "base/statistics.h"
 #include "calib/gap/base/run_agreement.h"
-#include "calib/gap/effects/columns.h"
-#include "calib/gap/noise/wander_estimate.h"
 #include "calib/gap/ramps/branch_report.h"
-#include "calib/gap/search/detail/slow_noise.h"
-#include "calib/gap/search/score.h"
+#include "calib/gap/report/detection_limit.h"
+#include "calib/gap/report/report_notes.h"
 
 namespace soak::calib::gap {
 namespace {
 
 constexpr int kLeastRuns = 2;
 constexpr std::size_t kMostOpenRuns = 8;  ///< of more, one is locked away before the search
-/// Sets of sensors among which a term may be named: all, gyros, accelerometers, each alone.
-constexpr double kSets = 9.0;
-
-/// Variance of a wander about its mean over a run, in the mean of the runs.
-double wander_variance(const Observations& observations, const NoiseComponents& noise) {
-  double sum = 0.0;
-  for (int run = 0; run < observations.run_count(); ++run) sum += variance_about_mean(observations, noise.wander, run);
-  return sum / observations.run_count();
-}
-
-/// F of one and the given degrees of freedom whose upper tail is `p`.
-double f_quantile(double p, double dof) {
-  double low = 0.0;
-  double high = 1.0;
-  while (base::f_upper_tail(high, 1.0, dof) > p) high *= 2.0;
-  for (int i = 0; i < 100; ++i) {
-    const double middle = 0.5 * (low + high);
-    (base::f_upper_tail(middle, 1.0, dof) > p ? low : high) = middle;
-  }
-  return high;
-}
-
-std::optional<double> detection_limit(const CampaignModel& model, std::size_t s, const SearchResult& found) {
-  const Observations& observations = model.regressor_inputs().observations;
-  if (!model.residuals().sensor[s] || found.candidates == 0) return std::nullopt;
-  double visits = 0.0;
-  double placements = 0.0;
-  for (std::size_t i = 0; i < observations.rows.size(); ++i) {
-    const auto& row = observations.rows[i];
-    if (i > 0 && row.placement == observations.rows[i - 1].placement) continue;
-    placements += 1.0;
-    if (i == 0 || row.visit != observations.rows[i - 1].visit || row.run != observations.rows[i - 1].run) visits += 1.0;
-  }
-  const NoiseComponents& noise = model.residuals().noise[s];
-  const double blocks = static_cast<double>(observations.rows.size()) / placements;
-  double of_visit = noise.visit * noise.visit +
-                    (noise.placement * noise.placement + noise.block * noise.block / blocks) / (placements / visits);
-  of_visit += wander_variance(observations, noise);
-  const double p = kGate / (static_cast<double>(found.candidates) * kSets);
-  const double f = f_quantile(p, scatter_dof(noise) + observations.run_count() - 1);
-  return std::sqrt(f * std::max(1.0, found.typical_heterogeneity) * of_visit / visits);
-}
 
 std::vector<std::string_view> names_of_history(const std::vector<const Effect*>& effects) {
   std::vector<std::string_view> names;
@@ -102,27 +56,33 @@ double widest_step_c(const std::vector<double>& level_c) {
   return widest_c;
 }
 
-/// What would let the curve between the plateaus be known.
-std::string_view closer_plateaus(double widest_c) {
-  if (widest_c > kCoarse_c) return ": plateaus 10 K apart would tell";
-  return widest_c > kMedium_c ? ": plateaus 5 K apart would tell" : "";
+/// How far apart plateaus would let the curve between them be known; nothing where they are close already.
+std::optional<double> closer_plateaus_k(double widest_c) {
+  if (widest_c > kCoarse_c) return 10.0;
+  if (widest_c > kMedium_c) return 5.0;
+  return std::nullopt;
 }
 
-std::string unknown_reason(const SearchResult& found, const RegressorInputs& in) {
-  const ResidualStructure& structure = *found.residual_structure;
+/// Says why nothing is named, and which plateaus would tell.
+std::string unknown_reason(const SearchResult& found, const RegressorInputs& in, ResidualStructure& structure) {
   const std::string absorbed = in_a_sentence(names_of_history(found.absorbed));
   const double widest_c = widest_step_c(in.observations.level_c);
+  const bool told_by_plateaus = structure.of_history && (!absorbed.empty() || widest_c > kCoarse_c);
+  if (told_by_plateaus) structure.closer_plateaus_k = closer_plateaus_k(widest_c);
+  const std::string closer = structure.closer_plateaus_k
+                                 ? fmt::format(": plateaus {:g} K apart would tell", *structure.closer_plateaus_k)
+                                 : std::string();
   if (structure.of_history && !absorbed.empty()) {
     return fmt::format(
         "readings change with {}; {} would look like it, and cannot be told from the thermal curve here{}",
-        structure.axis, absorbed, closer_plateaus(widest_c));
+        structure.axis, absorbed, closer);
   }
   if (structure.of_history && widest_c > kCoarse_c) {
     return fmt::format(
         "readings change with {}; {} would look like it where the curve between the plateaus is not known{}",
-        structure.axis, in_a_sentence(testable_of_history(in)), closer_plateaus(widest_c));
+        structure.axis, in_a_sentence(testable_of_history(in)), closer);
   }
-  if (structure.between_effects) return fmt::format("readings change with {}", structure.axis);
+  if (structure.kind == StructureKind::between_effects) return fmt::format("readings change with {}", structure.axis);
   return fmt::format("readings change with {}, in a way that no effect of the library explains", structure.axis);
 }
 
@@ -131,7 +91,7 @@ void decide(SearchResult found, std::vector<NamedEffect> outside, const Regresso
   report.residual_structure = found.residual_structure;
   if (report.residual_structure && report.residual_structure->forbids_names) {
     report.conclusion = Conclusion::unknown;
-    report.reason = unknown_reason(found, in);
+    report.reason = unknown_reason(found, in, *report.residual_structure);
     report.suspects = std::move(found.effects);
     return;
   }
@@ -152,99 +112,6 @@ bool replicated(const CampaignModel& model) {
     if (model.residuals().sensor[s] && !model.residuals().noise[s].replicated) return false;
   }
   return true;
-}
-
-void add_note(GapReport& report, std::string code, std::string text) {
-  report.reason += "; " + text;
-  report.notes.push_back({std::move(code), std::move(text)});
-}
-
-/// Names the sensors of the campaign that never scatter, which the search has to pass over.
-void note_sensors_without_scatter(const Observations& observations, const CampaignModel& model, GapReport& report) {
-  std::vector<Sensor> sensors;
-  for (const Sensor sensor : kSensors) {
-    const bool recorded = std::any_of(observations.rows.begin(), observations.rows.end(),
-                                      [&](const Observation& row) { return row.sensor[index_of(sensor)].count > 0; });
-    if (recorded && !model.residuals().sensor[index_of(sensor)]) sensors.push_back(sensor);
-  }
-  if (sensors.empty()) return;
-  add_note(report, "no_scatter", "not judged, as their readings do not scatter: " + list_of(sensors));
-}
-
-/// Noise of a campaign in which the bias wanders: told by what the first search has left. Nothing where none of the
-/// sensors that look so has wander, or where there are too few runs to tell one from what they share.
-std::optional<KnownNoise> wandering_noise(const CampaignModel& model, const std::vector<NamedEffect>& effects,
-                                          const std::vector<Sensor>& sensors) {
-  constexpr int kLeastRunsOfWander = 4;
-  const RegressorInputs in = model.regressor_inputs();
-  if (sensors.empty() || in.observations.run_count() < kLeastRunsOfWander) return std::nullopt;
-  const Eigen::MatrixXd of_day = time_of_day(in);
-  KnownNoise noise = model.residuals().noise;
-  std::optional<WanderEstimate> estimate;
-  for (const Sensor sensor : kSensors) {
-    if (!model.residuals().sensor[index_of(sensor)]) continue;
-    const Eigen::VectorXd left = unexplained(model, effects, sensor);
-    if (!estimate || !estimate->is_for(left)) estimate.emplace(in.observations, left, of_day);
-    if (auto found = estimate->of(left, noise[index_of(sensor)])) noise[index_of(sensor)] = *std::move(found);
-  }
-  const auto wanders = [&](Sensor sensor) { return !noise[index_of(sensor)].wander.empty(); };
-  if (std::none_of(sensors.begin(), sensors.end(), wanders)) return std::nullopt;
-  return noise;
-}
-
-/// Says how far the bias of each sensor wanders, about its mean over a run.
-void note_wander(const Observations& observations, const KnownNoise& noise, GapReport& report) {
-  std::vector<std::string> sizes;
-  for (const Sensor sensor : kSensors) {
-    if (noise[index_of(sensor)].wander.empty()) continue;
-    const double variance = wander_variance(observations, noise[index_of(sensor)]);
-    sizes.push_back(fmt::format("{} {:.2g} {}", name_of(sensor), std::sqrt(variance) * printed_per_si(sensor),
-                                printed_unit(sensor)));
-  }
-  add_note(report, "wandering_bias",
-           fmt::format("the bias wanders while the unit runs, in another way in each run, as bias instability and rate "
-                       "random walk do; that is counted as noise: {} (standard deviation within a run)",
-                       fmt::join(sizes, ", ")));
-}
-
-/// Whether each position always comes after the same one: what it remembers of that is then a constant of its own.
-bool one_order(const Observations& observations) {
-  std::map<int, int> before;
-  for (const Observation& row : observations.rows) {
-    if (row.position < 0 || row.previous < 0) continue;
-    if (before.try_emplace(row.position, row.previous).first->second != row.previous) return false;
-  }
-  return before.size() > 1;
-}
-
-/// Says what the order of the positions leaves open about the effects named.
-void note_position_order(const Observations& observations, GapReport& report) {
-  constexpr std::array<std::string_view, 3> kOfPosition = {"g_sensitivity", "earth_rate", "scale_nonlinearity"};
-  const bool concerned = std::any_of(report.effects.begin(), report.effects.end(), [&](const NamedEffect& named) {
-    return std::find(kOfPosition.begin(), kOfPosition.end(), named.effect->name) != kOfPosition.end();
-  });
-  const bool told = std::any_of(report.effects.begin(), report.effects.end(),
-                                [](const NamedEffect& named) { return named.effect->name == "position_memory"; });
-  if (!concerned || told || !one_order(observations)) return;
-  add_note(report, "position_order",
-           "the positions always came in the same order: creep, or memory of the previous position, could look the "
-           "same; a run in another order would decide");
-}
-
-/// Says what a thermometer in steps kept from being looked for, or what stands in for it.
-void note_thermometer(const LoggedCampaign& campaign, const TemperatureHistory& history, GapReport& report) {
-  if (const auto& fine = campaign.fine_temperature) {
-    add_note(
-        report, "reconstructed_temperature",
-        fmt::format("temperatures within the thermometer's steps of {:.2g} K were reconstructed from the chamber's "
-                    "air, which the unit follows with time constants of {:.0f} s and {:.0f} s; they are right to "
-                    "{:.2f} K where the reading changes",
-                    fine->step_c, fine->tau_s[0], fine->tau_s[1], fine->error_c));
-    return;
-  }
-  if (const auto& coarse = history.coarse()) {
-    add_note(report, "coarse_thermometer", fmt::format("what changes with time was not looked for: {}", *coarse));
-  }
 }
 
 /// Clipped readings say nothing of what the unit would have read: their sensors stay out of the search.
@@ -342,7 +209,8 @@ void search_noise_and_effects(const LoggedCampaign& campaign, const Observations
     model.emplace(*plain);
     report = before;
     search_all(campaign, *model, report);
-    note_wander(observations, *noise, report);
+    report.slow_noise = slow_noise_in(observations, *noise);
+    note_wander(report);
     report.noise = std::move(noise);
   }
   note_sensors_without_scatter(observations, *model, report);

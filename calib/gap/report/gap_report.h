@@ -15,6 +15,7 @@
 #include "calib/gap/observations/observations.h"
 #include "calib/gap/report/cross_validation.h"
 #include "calib/gap/report/remainder_map.h"
+#include "calib/gap/report/slow_noise.h"
 #include "calib/gap/search/outside_the_mean.h"
 #include "calib/gap/search/search.h"
 #include "calib/vocabulary/warning.h"
@@ -70,6 +71,7 @@ struct GapReport {
   std::optional<RemainderMap> map;        ///< absent: cannot_judge, or no plateaus
   std::vector<GateRejection> rejections;  ///< by the data gate, in the order of runs
   std::optional<KnownNoise> noise;        ///< that wanders, where the verdict rests on such
+  std::vector<SensorWander> slow_noise;   ///< the same, sensor by sensor
   std::optional<LockedRun> locked;        ///< of campaigns of more than eight runs that could be judged
 };
 

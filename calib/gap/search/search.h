@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "calib/gap/base/campaign_model.h"
+#include "calib/gap/search/structure_kind.h"
 
 namespace soak::calib::gap {
 
@@ -36,17 +37,31 @@ struct NamedEffect {
   std::vector<Rival> rivals;  ///< effects of at least 80 % of its merit, its twins from 60 %
 };
 
+/// A bias that steps, in one run, and stays there to the run's end.
+struct BiasStep {
+  std::string run;  ///< label
+  Sensor sensor = Sensor::gyro_x;
+  double t_s = 0.0;       ///< device time of the first block after it
+  double since_s = 0.0;   ///< from the run's first block, which is at a plateau, to that
+  double before_s = 0.0;  ///< from the run's first block to the last one before it
+  double temp_c = 0.0;    ///< there
+  double size = 0.0;      ///< SI, with its sign
+};
+
 /// Where something sits that the library does not know.
 struct ResidualStructure {
+  StructureKind kind;
   std::string axis;
   double p_adjusted = 1.0;
   double merit = 0.0;  ///< in units of the effects' gain
   std::vector<Sensor> sensors;
-  bool forbids_names = false;    ///< too much of the gap for the effects found to be its cause
-  bool of_history = false;       ///< what follows the history of temperature shows along that axis
-  bool between_effects = false;  ///< two effects that are much alike share it, and neither fits by itself
+  bool forbids_names = false;  ///< too much of the gap for the effects found to be its cause
+  bool of_history = false;     ///< what follows the history of temperature shows along that axis
   /// Sensors in which a bias that wanders, which the noise of the model does not know, may look so.
   std::vector<Sensor> may_wander = {};
+  std::optional<double> closer_plateaus_k = {};  ///< plateaus that would tell, where these leave the curve unknown
+  std::vector<BiasStep> steps = {};              ///< of jumps: those that stand out, in the order of runs and time
+  Recorded recorded = {};
 };
 
 /// What the forward search found.

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <iterator>
 #include <limits>
 #include <utility>
 
@@ -73,6 +74,8 @@ struct Step {
   double p = 1.0;
   int run = 0;
   Eigen::VectorXd course = {};  ///< 0 before it, 1 after it until the run's end; empty where there is none
+  Eigen::Index row = 0;         ///< the first after it
+  double size = 0.0;
 };
 
 /// Whitened steps in one run, of which base and effects leave so much, and what that part says of the residual.
@@ -127,8 +130,12 @@ Step strongest_step(const Observations& observations, const SensorResidual& resi
   }
   const auto count = static_cast<double>(places.size());
   if (gain <= 0.0 || noise_dof <= 0.0) return {};
-  return {std::max(0.0, gain - 2.0 * std::log(count)), std::min(1.0, count * base::f_upper_tail(gain, 1.0, noise_dof)),
-          run, steps_at(observations, {places[static_cast<std::size_t>(strongest)]}, run)};
+  return {std::max(0.0, gain - 2.0 * std::log(count)),
+          std::min(1.0, count * base::f_upper_tail(gain, 1.0, noise_dof)),
+          run,
+          steps_at(observations, {places[static_cast<std::size_t>(strongest)]}, run),
+          places[static_cast<std::size_t>(strongest)],
+          steps.score(strongest) / steps.information(strongest)};
 }
 
 /// The residual under noise that was estimated without that step: a step is far from the mean of its run for hours, so
@@ -146,9 +153,39 @@ std::optional<SensorResidual> residual_without(const CampaignModel& model, const
   return model.residual_under(sensor, *noise);
 }
 
+/// A free level for each block from the place before a step to the place after it: a step that comes within a
+/// placement, or at a turn that was not tried, is between them and no second one.
+Eigen::MatrixXd next_to(const Observations& observations, const Step& step) {
+  const auto in_run = [&](Eigen::Index row) {
+    return row >= 0 && row < step.course.size() && observations.rows[static_cast<std::size_t>(row)].run == step.run;
+  };
+  const std::vector<Eigen::Index> places = places_in(observations, step.run);
+  const auto at = std::ranges::find(places, step.row);
+  Eigen::Index begin = at == places.begin() ? step.row - 1 : *std::prev(at);
+  while (at == places.begin() && in_run(begin - 1)) --begin;
+  Eigen::Index end = std::next(at) == places.end() ? step.row + 1 : *std::next(at);
+  while (std::next(at) == places.end() && in_run(end)) ++end;
+  Eigen::MatrixXd levels = Eigen::MatrixXd::Zero(step.course.size(), end - begin);
+  for (Eigen::Index k = 0; k < levels.cols(); ++k) levels(begin + k, k) = 1.0;
+  return levels;
+}
+
+/// Whether a step the other way stands out in the run of a step that does, away from that one.
+bool steps_back(const Observations& observations, const SensorResidual& residual, const Eigen::MatrixXd& effects,
+                double noise_dof, const Step& step) {
+  if (step.p >= kGate) return false;
+  const Eigen::MatrixXd levels = next_to(observations, step);
+  Eigen::MatrixXd known(step.course.size(), effects.cols() + 1 + levels.cols());
+  known << effects, step.course, levels;
+  const Step second = strongest_step(observations, residual, known, noise_dof, step.run);
+  return second.p < kGate && second.size * step.size < 0.0;
+}
+
 /// Chances of one sensor: of the step that stands out in each run, and of two levels in all of them.
 struct OfSensor {
   std::vector<double> of_runs;
+  std::vector<Step> steps;  ///< one of each run
+  bool back = false;        ///< whether another step, the other way, stands out beside one of them in its run
   double of_levels = 1.0;
   double beside_wander = 1.0;  ///< of two levels with a wander beside them
   double excess = 0.0;
@@ -165,12 +202,16 @@ OfSensor look_in(const CampaignModel& model, const std::vector<NamedEffect>& eff
     steps.push_back(strongest_step(observations, residual, columns, noise_dof, run));
   }
   Step& strongest = *std::ranges::min_element(steps, {}, &Step::p);
+  OfSensor result;
   if (strongest.p < kSuspicious) {
     if (const auto without = residual_without(model, effects, sensor, strongest.course)) {
       strongest = strongest_step(observations, *without, columns, noise_dof, strongest.run);
+      result.back = steps_back(observations, *without, columns, noise_dof, strongest);
     }
   }
-  OfSensor result;
+  for (const Step& step : steps) {
+    result.back = result.back || steps_back(observations, residual, columns, noise_dof, step);
+  }
   for (const Step& step : steps) {
     result.of_runs.push_back(step.p);
     result.excess += step.excess;
@@ -179,7 +220,39 @@ OfSensor look_in(const CampaignModel& model, const std::vector<NamedEffect>& eff
   result.beside_wander = chance_of_jumps_beside_wander(model, sensor);
   const double levels = std::min(result.of_levels, result.beside_wander);
   result.excess -= 2.0 * std::log(std::max(levels, std::numeric_limits<double>::min()));
+  result.steps = std::move(steps);
   return result;
+}
+
+BiasStep bias_step(const Observations& observations, Sensor sensor, const Step& step) {
+  const Observation& after = observations.rows[static_cast<std::size_t>(step.row)];
+  const auto of_run = [&](const Observation& row) { return row.run == step.run; };
+  const auto first = std::ranges::find_if(observations.rows, of_run);
+  return {.run = observations.runs[static_cast<std::size_t>(step.run)],
+          .sensor = sensor,
+          .t_s = after.t_s,
+          .since_s = after.t_s - first->t_s,
+          .before_s = observations.rows[static_cast<std::size_t>(step.row - 1)].t_s - first->t_s,
+          .temp_c = after.temp_c,
+          .size = step.size};
+}
+
+/// Which steps stand out in the sensors found, and what kind of thing they are; `by_levels`: they were found by two
+/// levels in all runs, not by steps.
+void describe(const Observations& observations, const std::array<OfSensor, kSensorCount>& all, bool by_levels,
+              SlowNoise& found) {
+  for (int run = 0; run < observations.run_count(); ++run) {
+    for (const Sensor sensor : found.sensors) {
+      const Step& step = all[index_of(sensor)].steps.at(static_cast<std::size_t>(run));
+      if (step.p < kGate) found.steps.push_back(bias_step(observations, sensor, step));
+    }
+  }
+  const auto back = [&](Sensor sensor) { return all[index_of(sensor)].back; };
+  const auto elsewhere = [&](const BiasStep& step) { return step.run != found.steps.front().run; };
+  const bool two_levels = found.steps.empty() && by_levels;
+  const bool to_and_fro = two_levels || std::ranges::any_of(found.sensors, back);
+  const bool in_one_run = !found.steps.empty() && std::ranges::none_of(found.steps, elsewhere);
+  found.kind = to_and_fro ? StructureKind::telegraph_noise : in_one_run ? StructureKind::step : StructureKind::jumps;
 }
 
 }  // namespace
@@ -194,6 +267,7 @@ std::optional<SlowNoise> jumps(const CampaignModel& model, const std::vector<Nam
   }
   const auto sets = sensor_sets(sensors);
   SlowNoise best;
+  bool by_levels = false;
   for (const auto& set : sets) {
     std::vector<double> of_runs;
     std::vector<double> of_levels;
@@ -208,12 +282,15 @@ std::optional<SlowNoise> jumps(const CampaignModel& model, const std::vector<Nam
     }
     if (of_runs.empty()) continue;
     const double least = *std::min_element(of_runs.begin(), of_runs.end()) * static_cast<double>(of_runs.size());
-    const double p =
-        kWays * std::min({chance_together(of_runs), least, chance_together(of_levels), chance_together(beside_wander)});
-    const double adjusted = std::min(1.0, p * static_cast<double>(sets.size()));
-    if (adjusted < best.p_adjusted) best = {adjusted, squares, set};
+    const double of_steps = std::min(chance_together(of_runs), least);
+    const double two_levels = std::min(chance_together(of_levels), chance_together(beside_wander));
+    const double adjusted = std::min(1.0, kWays * std::min(of_steps, two_levels) * static_cast<double>(sets.size()));
+    if (adjusted >= best.p_adjusted) continue;
+    best = {.p_adjusted = adjusted, .excess = squares, .sensors = set};
+    by_levels = two_levels < of_steps;
   }
   if (best.p_adjusted > kSlowGate) return std::nullopt;
+  describe(model.regressor_inputs().observations, found, by_levels, best);
   return best;
 }
 

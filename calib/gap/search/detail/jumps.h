@@ -16,7 +16,10 @@ namespace soak::calib::gap {
 /// sensor that stands out most of all is judged by noise that was estimated without it. And over all runs two levels,
 /// alone (chance_of_telegraph) and beside a wander (chance_of_jumps_beside_wander). Of a set of sensors the chance is
 /// that of all its runs together, of the run that stands out most, or of two levels, whichever is least. Nothing where
-/// the chance, adjusted, is above that of slow_noise().
+/// the chance, adjusted, is above that of slow_noise(). What is found lists the
+/// steps that stand out. It is telegraph noise where a step the other way stands out beside one of them in the same
+/// run, further off than the next place where one was looked for, or where no step stands out and two levels tell of it
+/// most; else a step where they are all of one run, and jumps where they are not, or where none stands out.
 [[nodiscard]] std::optional<SlowNoise> jumps(const CampaignModel& model, const std::vector<NamedEffect>& effects);
 
 }  // namespace soak::calib::gap

@@ -189,7 +189,7 @@ std::optional<SlowNoise> slow_noise(const CampaignModel& model, const std::vecto
     both.insert(both.end(), fast.begin(), fast.end());
     const double p = std::min({chance_together(slow), chance_together(fast), chance_together(both)});
     const double adjusted = std::min(1.0, p * kDistances * static_cast<double>(sets.size()));
-    if (adjusted < best.p_adjusted) best = {adjusted, excess, set};
+    if (adjusted < best.p_adjusted) best = {.p_adjusted = adjusted, .excess = excess, .sensors = set};
   }
   if (best.p_adjusted > kSlowGate) return std::nullopt;
   return best;

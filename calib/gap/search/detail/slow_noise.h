@@ -18,6 +18,8 @@ struct SlowNoise {
   double p_adjusted = 1.0;  ///< for all sets of sensors and both distances
   double excess = 0.0;      ///< squares beyond those of white scatter, over the variance of what scatters
   std::vector<Sensor> sensors;
+  StructureKind kind = StructureKind::wander;
+  std::vector<BiasStep> steps = {};  ///< of jumps: those that stand out
 };
 
 /// What effects that were taken into the model read in a sensor, one column for each that acts on it, a row for each
