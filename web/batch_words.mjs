@@ -36,8 +36,10 @@ export function batchText({ kind, state, result }) {
  * What the station said of the job as a whole; null where the sentence and the list of units say it all.
  * @param {import("./documents.mjs").Job} job
  */
-export function messageOf({ kind, state, result, message }) {
-  const isListed = state === "failed" && ((kind === "fit_all" && result !== null) || (kind === "verify_all" && result?.not_verified?.length > 0));
+export function messageOf({ kind, state, result, message, exit_status }) {
+  // One that was killed has not come to the end of its list.
+  const isWhole = exit_status !== null && exit_status < 128;
+  const isListed = state === "failed" && ((kind === "fit_all" && result !== null) || (kind === "verify_all" && isWhole && result?.not_verified?.length > 0));
   return state === "done" || isListed ? null : message;
 }
 

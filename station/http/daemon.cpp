@@ -5,6 +5,7 @@
 #include <signal.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <cstdlib>
@@ -28,6 +29,7 @@
 #include "station/io/data_folder.h"
 #include "station/io/host.h"
 #include "station/io/service_manager.h"
+#include "station/lab/campaign_state.h"
 #include "station/lab/engine.h"
 
 namespace soak::station {
@@ -127,17 +129,19 @@ base::Result<CertificateFiles> certificate_for_others(const StationConfig& confi
   return files;
 }
 
-/// Refuses (bad_input) where a campaign is open: its station was set up, and has lost its file. Nothing but that file
+/// Refuses (bad_input) where a campaign is under way or can go on: its station was set up, and has lost its file. Nothing but that file
 /// says where the chamber is that may be hot or cold.
 base::Status may_be_set_up(const ConfigPlace& place, const db::Catalog& catalog) {
-  const auto open = catalog.open_campaign();
-  if (!open) return base::forward_error(open);
-  if (!*open) return {};
+  const auto last = catalog.last_campaign();
+  if (!last) return base::forward_error(last);
+  constexpr std::array kOver = {CampaignState::finished, CampaignState::aborted};
+  const auto is_over = [&](CampaignState state) { return (*last)->state == journal_name_of(state); };
+  if (!*last || std::ranges::any_of(kOver, is_over)) return {};
   return base::bad_input(
       fmt::format(
           "the configuration is missing, and campaign '{}' is not over: look at the chamber, then bring the file "
           "back, or write it anew with an editor; 'soakd --write-config' prints one to begin with",
-          (*open)->name),
+          (*last)->name),
       place.file.string());
 }
 
@@ -236,9 +240,12 @@ base::Status run_daemon(const DaemonOptions& options) {
   }
   auto config = find_station_config(options.config, options.data);
   if (!config) return base::forward_error(config);
-  if (!listen.empty()) config->listen = listen;
+  if (!options.listen.empty()) config->listen = listen;
   // What the page shows, what judges a unit here and the programs that are started from here have the same types.
   ::setenv(kUnitTypesVariable, std::filesystem::absolute(config->unit_types).c_str(), 1);
+  // A file that was there already may name another folder than the one in which it was found.
+  std::error_code unknown;
+  if (own && !std::filesystem::equivalent(own->catalog.data_folder(), config->data, unknown)) own.reset();
   if (!own) {
     auto taken = OwnFolder::take(config->data.string());
     if (!taken) return base::forward_error(taken);

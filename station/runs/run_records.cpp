@@ -195,6 +195,12 @@ base::Status enter(db::Catalog& catalog, const SealedRun& run, RunRecord& record
   const auto known = catalog.ensure_unit(unit->serial, unit->type);
   if (!known) return base::forward_error(known);
   record.row.epoch = unit->epoch.value_or(known->epoch);
+  if (record.row.epoch > known->epoch) {
+    record.warnings.push_back(
+        fmt::format("recorded in epoch {}, after a repair that this catalog, in epoch {}, does not know: no fit uses it "
+                    "before the repair is entered again",
+                    record.row.epoch, known->epoch));
+  }
   if (auto status = catalog.ensure_campaign(record.row.campaign, record.row.procedure); !status) return status;
   if (auto status = catalog.add_run(record.row, record.segments); !status) return status;
   for (const std::string& warning : record.warnings) {

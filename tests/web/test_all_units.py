@@ -121,13 +121,15 @@ class AllUnits(StationTest):
 
     def test_units_that_could_not_be_verified_are_listed_with_their_reason(self):
         self.browser.go(self.soakd.url)
-        job = {"kind": "verify_all", "state": "failed", "message": "1 of 2 units could not be verified:\n  SN2: no",
+        job = {"kind": "verify_all", "state": "failed", "exit_status": 2, "message": "1 of 2 units could not be verified:\n  SN2: no",
                "result": {"units": [{"unit": "SN1", "model": 2, "verdict": "pass"}], "not_verified": [{"unit": "SN2", "message": "no usable run"}],
                           "skipped": [{"unit": "SN3", "message": "it has no model yet"}]}}
         text, message, rest = self.browser.run("""const [job] = arguments; return import('/batch_words.mjs').then((words) =>
             [words.batchText(job), words.messageOf(job), words.restOf(job)])""", job)
         self.assertEqual(text, "Judged: 1 PASS. 1 unit could not be verified. 1 unit was left out.")
         self.assertIsNone(message)
+        killed = {**job, "exit_status": 137, "message": "ended by signal 9"}
+        self.assertEqual(self.browser.run("const [job] = arguments; return import('/batch_words.mjs').then((words) => words.messageOf(job))", killed), "ended by signal 9")
         self.assertEqual(rest, [{"unit": "SN2", "parts": [", not verified: ", {"english": "no usable run"}]}, {"unit": "SN3", "parts": [", left out: ", {"english": "it has no model yet"}]}])
 
     def test_of_all_the_newest_check_campaign_that_is_over_is_chosen(self):
