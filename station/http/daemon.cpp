@@ -129,8 +129,8 @@ base::Result<CertificateFiles> certificate_for_others(const StationConfig& confi
   return files;
 }
 
-/// Refuses (bad_input) where a campaign is under way or can go on: its station was set up, and has lost its file. Nothing but that file
-/// says where the chamber is that may be hot or cold.
+/// Refuses (bad_input) where a campaign is under way or can go on: its station was set up, and has lost its file.
+/// Nothing but that file says where the chamber is that may be hot or cold.
 base::Status may_be_set_up(const ConfigPlace& place, const db::Catalog& catalog) {
   const auto last = catalog.last_campaign();
   if (!last) return base::forward_error(last);

@@ -196,10 +196,10 @@ base::Status enter(db::Catalog& catalog, const SealedRun& run, RunRecord& record
   if (!known) return base::forward_error(known);
   record.row.epoch = unit->epoch.value_or(known->epoch);
   if (record.row.epoch > known->epoch) {
-    record.warnings.push_back(
-        fmt::format("recorded in epoch {}, after a repair that this catalog, in epoch {}, does not know: no fit uses it "
-                    "before the repair is entered again",
-                    record.row.epoch, known->epoch));
+    record.warnings.push_back(fmt::format(
+        "recorded in epoch {}, after a repair that this catalog, in epoch {}, does not know: no fit uses it "
+        "before the repair is entered again",
+        record.row.epoch, known->epoch));
   }
   if (auto status = catalog.ensure_campaign(record.row.campaign, record.row.procedure); !status) return status;
   if (auto status = catalog.add_run(record.row, record.segments); !status) return status;
