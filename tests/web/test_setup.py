@@ -548,6 +548,7 @@ class OnThePage(WithStation):
         for width in (320, 390, 1280):
             self.browser.resize(width, 900)
             self.assertLessEqual(self.browser.run("return document.documentElement.scrollWidth"), width)
+            self.assertGreater(self.browser.run("return document.querySelector('#language').offsetWidth"), 80, "the language can be read")
 
     def everything(self):
         """Each step with all the fields that it can have, as (step, its mistakes)."""
