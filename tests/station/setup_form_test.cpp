@@ -80,7 +80,7 @@ TEST(SetupForm, ReadsBackAnyValueAndMakesNoLineOfIt) {
   }
 }
 
-class SetupFiles : public testing::Test {
+class SetupFiles : public ::testing::Test {
  protected:
   void SetUp() override {
     char name[] = "/tmp/soak-setup-XXXXXX";
