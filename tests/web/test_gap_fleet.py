@@ -307,7 +307,7 @@ class Page(BrowserTest, WithStation):
         self.see("#gap-stale", "fitted again since")
         self.see("#gap-verdict-title", "EFFECT ACCEPTED")
         self.see("#gap-verdict-text", "found sensor lag in model 1. Model 2 carries it.")
-        self.see("#unit-jobs", "Accepted sensor lag: model 2")
+        self.see("#unit-jobs", "Accepted: unit SN0042, model 1, sensor lag; made model 2")
         self.assertTrue(self.browser.run("return document.querySelector('#gap-accept').hidden"))
 
         self.click("#gap-show")
