@@ -316,6 +316,7 @@ class Start(unittest.TestCase):
             catalog.execute("INSERT INTO journal (campaign, document, state, reason, created_utc_s, updated_utc_s) VALUES ('hot', '{}', 'running', '', 1, 1)")
         for state in ("running", "interrupted"):
             with contextlib.closing(sqlite3.connect(station.data / "station.db")) as catalog, catalog:
+                catalog.create_function("soak_seal", -1, lambda seal, *_: seal)
                 catalog.execute("UPDATE journal SET state = ?", (state,))
             done = subprocess.run([pathlib.Path(bin_folder()) / "soakd", "--data", station.data, "--listen", "127.0.0.1:0"], capture_output=True, text=True, timeout=60)
             self.assertEqual((done.returncode, done.stdout), (2, ""), state)
