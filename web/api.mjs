@@ -22,6 +22,32 @@ export async function get(path) {
   return answer(await fetch(ROOT + path));
 }
 
+/**
+ * A function that brings the jobs to `take`, one question at a time: called while an answer is under way, it asks once more, so that what is taken last
+ * is never older than the call. A question that is not answered says nothing about the jobs, and is asked again before long by whoever calls.
+ * @param {(jobs: import("./documents.mjs").Job[]) => unknown} take
+ * @returns {() => Promise<boolean>} whether this call has looked, and not one that was looking already
+ */
+export function looksForJobs(take) {
+  let isLooking = false;
+  let looksAgain = false;
+  return async () => {
+    looksAgain = true;
+    if (isLooking) return false;
+    isLooking = true;
+    while (looksAgain) {
+      looksAgain = false;
+      try {
+        await take((await get("jobs")).jobs);
+      } catch (error) {
+        console.warn("no jobs:", error.message);
+      }
+    }
+    isLooking = false;
+    return true;
+  };
+}
+
 /** Carries out POST /api/v1/`path`. Throws an Error whose message is for the user; of an answer, with its `status` and, where it says so, `where` the mistake is. */
 export async function post(path, body) {
   // The second header says that a page of this station asks: pages of other origins cannot send it.

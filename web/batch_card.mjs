@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Fit, verification and release of all units at once: what there is to do, the job that does it, and what became of the last one.
 
-import { get, post } from "./api.mjs";
+import { get, looksForJobs, post } from "./api.mjs";
 import { $, element, say, show, tell } from "./dom.mjs";
 import { clock } from "./format.mjs";
 import { endedText, runningText } from "./job_words.mjs";
@@ -22,8 +22,6 @@ export class BatchCard {
   #shown = null; // number of the job of all units that is shown as the last; 0: none; null: nobody has looked
   #can = { fit_all: false, verify_all: false, release_all: false };
   #asked = false; // somebody has asked for a job, and the station has not answered
-  #looking = false;
-  #lookAgain = false; // somebody has asked while an answer was under way
   #picked = false; // somebody has chosen the campaign to verify with
   #campaigns = []; // those with check runs, the newest first
   /** @type {ReturnType<typeof openCampaign>} */
@@ -112,21 +110,8 @@ export class BatchCard {
     this.#enable();
   }
 
-  /** Which job runs, and which was the last. One question that is not answered says nothing about the job. */
-  async look() {
-    this.#lookAgain = true;
-    if (this.#looking) return;
-    this.#looking = true;
-    while (this.#lookAgain) {
-      this.#lookAgain = false;
-      try {
-        await this.#take((await get("jobs")).jobs);
-      } catch (error) {
-        console.warn("no jobs:", error.message);
-      }
-    }
-    this.#looking = false;
-  }
+  /** Which job runs, and which was the last. */
+  look = looksForJobs((jobs) => this.#take(jobs));
 
   async #take(jobs) {
     this.#running = jobs.find(({ state }) => state === "running") ?? null;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The jobs of a unit: buttons that start them, the one that runs, what came of those before.
 
-import { get, post } from "./api.mjs";
+import { get, looksForJobs, post } from "./api.mjs";
 import { $, element, say, show, tell } from "./dom.mjs";
 import { clock } from "./format.mjs";
 import { endedText, madeFrom, runningText, verbOf } from "./job_words.mjs";
@@ -27,8 +27,7 @@ export class JobPanel {
   #picked = false; // somebody has chosen the campaign to verify with
   #ticked = ""; // which model the tick of simulated data is about
   #lines = ""; // the same, with the models that they were made from
-  #looking = false;
-  #lookAgain = false; // somebody has asked while an answer was under way
+  #lookForJobs = looksForJobs((jobs) => this.#take(jobs));
 
   /**
    * `userName()`: who is at the page; `changed()`: a job of this unit has ended; `took(busy, job)`: whether another one
@@ -213,19 +212,7 @@ export class JobPanel {
   }
 
   async #look() {
-    this.#lookAgain = true;
-    if (this.#looking) return;
-    this.#looking = true;
-    while (this.#lookAgain) {
-      this.#lookAgain = false;
-      try {
-        this.#take((await get("jobs")).jobs);
-      } catch (error) {
-        console.warn("no jobs:", error.message); // asked again before long
-      }
-    }
-    this.#looking = false;
-    $("unit-jobs").setAttribute("aria-busy", "false");
+    if (await this.#lookForJobs()) $("unit-jobs").setAttribute("aria-busy", "false");
   }
 
   #take(jobs) {

@@ -52,9 +52,8 @@ void VerifyCommand::declare(OptionList& options) {
               "Limits per sensor (TOML; default: those of the unit's type); without limits the verdict is 'info'");
   options
       .add("--keep FILE", &keep,
-           "Append to FILE what becomes of each unit as soon as it is known, a JSON document a line: it is left when "
-           "the "
-           "command is killed")
+           "Append to FILE what becomes of each unit as soon as it is known, a JSON document a line: it is "
+           "left when the command is killed")
       .needs("--all");
 }
 
