@@ -243,11 +243,13 @@ class Page(BrowserTest, WithStation):
         self.browser.click(button)
 
     def downloaded(self, name):
+        """What the browser saved under `name`. It reserves the name with an empty file and moves the whole content over it."""
         end = time.monotonic() + 30
-        while not (self.downloads / name).exists():
+        file = self.downloads / name
+        while not (file.exists() and file.stat().st_size):
             self.assertLess(time.monotonic(), end, list(self.downloads.iterdir()))
             time.sleep(0.02)
-        return (self.downloads / name).read_bytes()
+        return file.read_bytes()
 
     def sign_in_the_browser(self):
         """A key of the station, and a calibration file with its signature, which soak finds good with the public key that the page gave."""
