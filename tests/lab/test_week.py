@@ -3,13 +3,9 @@
 dies and is resumed, a verification, then fit, verify, report, release and export of the unit; of another one, whose recordings came from
 elsewhere, the gap is found, accepted, compared and fitted. The page is a real browser's; the only hands beside it are those that turn
 the fixture, mend the chamber's cable, start soakd again and import the recordings."""
-import pathlib
-import shutil
 import subprocess
 import sys
-import tempfile
 import threading
-import time
 import unittest
 from concurrent.futures import ThreadPoolExecutor
 
@@ -75,9 +71,6 @@ class Week(LabTest):
         super().setUp()
         self.browser = Browser()
         self.addCleanup(self.browser.close)
-        self.downloads = pathlib.Path(tempfile.mkdtemp(prefix="soak-downloads-"))
-        self.addCleanup(shutil.rmtree, self.downloads, ignore_errors=True)
-        self.browser.devtools("Browser.setDownloadBehavior", behavior="allow", downloadPath=str(self.downloads))
         self.browser.resize(1280, 1000)
         self.beside = ThreadPoolExecutor(1)
         self.addCleanup(self.beside.shutdown)
@@ -162,13 +155,6 @@ class Week(LabTest):
         self.browser.wait("return document.querySelector('#state').innerText.toLowerCase() === 'finished'")
         self.see("#stored-campaigns", name)
 
-    def downloaded(self, name):
-        end_s = time.monotonic() + 30
-        while not (self.downloads / name).exists():
-            self.assertLess(time.monotonic(), end_s, list(self.downloads.iterdir()))
-            time.sleep(0.02)
-        return (self.downloads / name).read_bytes()
-
     def import_recordings(self):
         """Five runs of the unit to be fitted, and a sixth that no fit sees."""
         config, out = self.folder / "lagging.toml", self.folder / "lagging"
@@ -232,7 +218,7 @@ class Week(LabTest):
         self.click("#unit-export")
         self.see("#unit-jobs", f"{SERIAL}.soakcal")
         self.click(f"#unit-jobs a[download='{SERIAL}.soakcal']")
-        return self.downloaded(f"{SERIAL}.soakcal")
+        return self.browser.downloaded(f"{SERIAL}.soakcal")
 
     def test_from_the_first_start_to_the_file_for_the_firmware(self):
         self.start_station()

@@ -45,6 +45,8 @@ class Browser:
         answer = self.send("POST", "/session", {"capabilities": {"alwaysMatch": {
             "goog:chromeOptions": options, "goog:loggingPrefs": {"browser": "ALL"}}}})
         self.session = "/session/" + answer["sessionId"]
+        self.downloads = pathlib.Path(self.profile) / "downloads"
+        self.devtools("Browser.setDownloadBehavior", behavior="allow", downloadPath=str(self.downloads))
 
     def start_driver(self):
         """It takes a port that is free for IPv4, and ends where another program has it for IPv6: then it is started again."""
@@ -150,6 +152,16 @@ class Browser:
     def poor_contrast(self):
         """Texts that do not stand out from what is behind them as WCAG 2.2, 1.4.3 asks."""
         return self.run(POOR_CONTRAST)
+
+    def downloaded(self, name):
+        """What is saved under `name`. The browser reserves a name with an empty file and moves the whole content over it."""
+        end = time.monotonic() + PATIENCE_S
+        file = self.downloads / name
+        while not (file.exists() and file.stat().st_size):
+            if time.monotonic() > end:
+                raise RuntimeError(f"{name} is not saved, but {sorted(self.downloads.glob('*'))}")
+            time.sleep(0.02)
+        return file.read_bytes()
 
     def screenshot(self, path):
         """The whole page."""

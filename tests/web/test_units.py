@@ -226,9 +226,6 @@ class Page(BrowserTest, WithStation):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
-        cls.downloads = pathlib.Path(tempfile.mkdtemp(prefix="soak-downloads-"))
-        cls.addClassCleanup(shutil.rmtree, cls.downloads, ignore_errors=True)
-        cls.browser.devtools("Browser.setDownloadBehavior", behavior="allow", downloadPath=str(cls.downloads))
 
     def open_unit(self, serial):
         self.browser.go("about:blank")
@@ -242,15 +239,6 @@ class Page(BrowserTest, WithStation):
         self.browser.run("document.querySelector(arguments[0]).scrollIntoView({block: 'center'})", button)
         self.browser.click(button)
 
-    def downloaded(self, name):
-        """What the browser saved under `name`. It reserves the name with an empty file and moves the whole content over it."""
-        end = time.monotonic() + 30
-        file = self.downloads / name
-        while not (file.exists() and file.stat().st_size):
-            self.assertLess(time.monotonic(), end, list(self.downloads.iterdir()))
-            time.sleep(0.02)
-        return file.read_bytes()
-
     def sign_in_the_browser(self):
         """A key of the station, and a calibration file with its signature, which soak finds good with the public key that the page gave."""
         self.click("#to-records")
@@ -261,7 +249,7 @@ class Page(BrowserTest, WithStation):
         key = self.soakd.get("key")["key"]["key_id"]
         self.browser.click("#key-text a")
         public = self.soakd.folder / "lab.pub"
-        public.write_bytes(self.downloaded(f"{key}.pub"))
+        public.write_bytes(self.browser.downloaded(f"{key}.pub"))
         self.open_unit(SERIAL)
         self.see("#unit-sign-text", f"Sign it with key {key}")
         self.browser.run("const s = document.querySelector('#unit-format'); s.value = 'blob'; s.dispatchEvent(new Event('change'));")
@@ -271,7 +259,7 @@ class Page(BrowserTest, WithStation):
         self.see("#unit-badges", "released")
         self.browser.click("#unit-jobs li:first-child a")
         signed = self.soakd.folder / "signed.soakcal"
-        signed.write_bytes(self.downloaded("SIM-0001.soakcal"))
+        signed.write_bytes(self.browser.downloaded("SIM-0001.soakcal"))
         self.assertEqual(self.soakd.soak_json("key", "verify", str(signed), "--key", str(public))["key_id"], key)
 
     def expect_the_impact_of(self, unit):
@@ -337,7 +325,7 @@ class Page(BrowserTest, WithStation):
         self.click("#unit-report")
         self.see("#unit-jobs", "Download SIM-0001.html")
         self.browser.click("#unit-jobs a[download='SIM-0001.html']")
-        self.assertIn(b"<title>", self.downloaded("SIM-0001.html"))
+        self.assertIn(b"<title>", self.browser.downloaded("SIM-0001.html"))
 
         self.click("#unit-export")
         self.see("#job-failure", "Tick “Although model 1 is of SIMULATED data”")
@@ -348,7 +336,7 @@ class Page(BrowserTest, WithStation):
             self.click("#unit-export")
             self.browser.wait("return document.querySelector(arguments[0])", f"#unit-jobs a[download='{name}']")
             self.browser.click(f"#unit-jobs a[download='{name}']")
-            content = self.downloaded(name)
+            content = self.browser.downloaded(name)
             path = self.soakd.folder / name
             self.soakd.soak("export", "--unreleased", "--unit", SERIAL, "--format", form, "--simulated", "-o", path)
             self.assertEqual(content, path.read_bytes())
