@@ -122,7 +122,7 @@ base::Status configure(SQLite::Database& database, const std::filesystem::path& 
 /// SQLite's own lock, which each value that is read would take and leave, is not needed: a connection has one thread at
 /// a time. A strip chart reads some hundred thousand values.
 int flags_of(Access access) {
-  if (access == Access::read_write) return SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE;
+  if (access == Access::read_write) return SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE | SQLite::OPEN_NOMUTEX;
   return SQLite::OPEN_READONLY | SQLite::OPEN_URI | SQLite::OPEN_NOMUTEX;
 }
 
