@@ -53,27 +53,42 @@ double mean_count(const std::vector<Stay>& stays) {
   return stays.empty() ? 1.0 : std::max(1.0, sum / static_cast<double>(stays.size()));
 }
 
-constexpr Eigen::Index kTogether = 8;  ///< columns that are filtered at a time, several in one register
+/// Columns that are filtered at a time, several in one register: what a row says waits for the one before, so that many
+/// take hardly longer than few.
+constexpr std::size_t kMany = 16;
+constexpr std::size_t kFew = 4;
 
-/// The filter's states, `kTogether` columns of each.
-using StatesOfColumns = std::array<std::array<double, kTogether>, kMostStates>;
+/// The filter's states, `Width` columns of each.
+template <std::size_t Width>
+using StatesOfColumns = std::array<std::array<double, Width>, kMostStates>;
 
-/// One row of `kTogether` columns: their states fade, each reading is less what they say, and corrects them.
-SOAK_INLINE void filter_row(Eigen::Index states, const double* fade, const double* gain, double scale,
-                            StatesOfColumns& state, std::array<double, kTogether>& row) {
-  const auto n = static_cast<std::size_t>(states);
-  std::array<double, kTogether> said{};
-  for (std::size_t k = 0; k < n; ++k) {
-    for (std::size_t c = 0; c < kTogether; ++c) {
+/// One row of `Width` columns: their states fade, each reading is less what they say, and corrects them.
+template <std::size_t Width>
+SOAK_INLINE void filter_row(std::size_t states, const double* fade, const double* gain, double scale,
+                            StatesOfColumns<Width>& state, std::array<double, Width>& row) {
+  // Every other state in a sum of its own: an addition waits for the one before it.
+  std::array<double, Width> said{};
+  std::array<double, Width> also_said{};
+  std::size_t k = 0;
+  for (; k + 1 < states; k += 2) {
+    for (std::size_t c = 0; c < Width; ++c) {
+      state[k][c] *= fade[k];
+      said[c] += state[k][c];
+      state[k + 1][c] *= fade[k + 1];
+      also_said[c] += state[k + 1][c];
+    }
+  }
+  for (; k < states; ++k) {
+    for (std::size_t c = 0; c < Width; ++c) {
       state[k][c] *= fade[k];
       said[c] += state[k][c];
     }
   }
-  for (std::size_t c = 0; c < kTogether; ++c) row[c] -= said[c];
-  for (std::size_t k = 0; k < n; ++k) {
-    for (std::size_t c = 0; c < kTogether; ++c) state[k][c] += gain[k] * row[c];
+  for (std::size_t c = 0; c < Width; ++c) row[c] -= said[c] + also_said[c];
+  for (k = 0; k < states; ++k) {
+    for (std::size_t c = 0; c < Width; ++c) state[k][c] += gain[k] * row[c];
   }
-  for (std::size_t c = 0; c < kTogether; ++c) row[c] *= scale;
+  for (std::size_t c = 0; c < Width; ++c) row[c] *= scale;
 }
 
 }  // namespace
@@ -232,20 +247,37 @@ void Whitening::filter_runs(const Observations& observations, const NoiseCompone
   }
 }
 
-SOAK_CLONES void Whitening::filter(const Eigen::Ref<const Eigen::MatrixXd>& columns, Eigen::Index first,
+template <std::size_t Width>
+SOAK_INLINE void Whitening::filter_columns(const Eigen::Ref<const Eigen::MatrixXd>& columns, Eigen::Index column,
+                                           Eigen::Index first_row, Eigen::MatrixXd& result) const {
+  const auto count = std::min(Width, static_cast<std::size_t>(columns.cols() - column));
+  const auto rows = static_cast<std::size_t>(result.rows());
+  const auto stride = static_cast<std::size_t>(columns.outerStride());
+  StatesOfColumns<Width> state{};
+  std::array<double, Width> row{};
+  const double* from = columns.data() + column * columns.outerStride();
+  double* to = result.data() + column * result.rows();
+  for (std::size_t i = 0; i < rows; ++i) {
+    const auto at = static_cast<std::size_t>(first_row) + i;
+    const Step& step = steps_[at];
+    for (std::size_t c = 0; c < count; ++c) row[c] = from[c * stride + static_cast<std::size_t>(rows_[at])];
+    filter_row(static_cast<std::size_t>(step.fade.size()), step.fade.data(), step.gain.data(), step.scale, state, row);
+    for (std::size_t c = 0; c < count; ++c) to[c * rows + i] = row[c];
+  }
+}
+
+SOAK_CLONES void Whitening::filter(const Eigen::Ref<const Eigen::MatrixXd>& columns, Eigen::Index first_row,
                                    Eigen::MatrixXd& result) const {
-  const auto count = static_cast<std::size_t>(std::min(kTogether, columns.cols() - first));
-  StatesOfColumns state{};
-  std::array<double, kTogether> row{};
-  const double* from = columns.data() + first * columns.outerStride();
-  double* to = result.data() + first * result.rows();
-  for (std::size_t i = 0; i < steps_.size(); ++i) {
-    const Step& step = steps_[i];
-    for (std::size_t c = 0; c < count; ++c) {
-      row[c] = from[static_cast<Eigen::Index>(c) * columns.outerStride() + rows_[i]];
+  constexpr auto kWide = static_cast<Eigen::Index>(kMany);
+  constexpr auto kNarrow = static_cast<Eigen::Index>(kFew);
+  for (Eigen::Index column = 0; column < columns.cols();) {
+    if (columns.cols() - column > kNarrow) {
+      filter_columns<kMany>(columns, column, first_row, result);
+      column += kWide;
+    } else {
+      filter_columns<kFew>(columns, column, first_row, result);
+      column += kNarrow;
     }
-    filter_row(step.fade.size(), step.fade.data(), step.gain.data(), step.scale, state, row);
-    for (std::size_t c = 0; c < count; ++c) to[c * steps_.size() + i] = row[c];
   }
 }
 
@@ -256,8 +288,13 @@ double Whitening::log_determinant() const {
 }
 
 Eigen::MatrixXd Whitening::apply(const Eigen::Ref<const Eigen::MatrixXd>& columns) const {
-  Eigen::MatrixXd result(static_cast<Eigen::Index>(rows_.size()), columns.cols());
-  for (Eigen::Index first = 0; first < columns.cols(); first += kTogether) filter(columns, first, result);
+  return apply_in_run(columns, 0, static_cast<Eigen::Index>(rows_.size()));
+}
+
+Eigen::MatrixXd Whitening::apply_in_run(const Eigen::Ref<const Eigen::MatrixXd>& columns, Eigen::Index first,
+                                        Eigen::Index count) const {
+  Eigen::MatrixXd result(count, columns.cols());
+  filter(columns, first, result);
   return result;
 }
 
