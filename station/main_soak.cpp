@@ -1,8 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <malloc.h>
+
 #include "station/commands/command.h"
+
+namespace {
+
+/// A search takes and frees matrices of some 100 kB by the thousand: each handed back to the system would be zeroed
+/// there and paged in anew, a tenth of the time. What is free is kept until the command ends, which is soon.
+void keep_freed_memory() {
+  mallopt(M_MMAP_THRESHOLD, 32 << 20);
+  mallopt(M_TRIM_THRESHOLD, 256 << 20);
+}
+
+}  // namespace
 
 int main(int argc, char** argv) {
   using namespace soak::station;
+  keep_freed_memory();
   const Program soak{
       "soak",
       "Soak: thermal calibration of MEMS inertial units",

@@ -73,6 +73,31 @@ Eigen::RowVectorXd LevelSpline::weights(double x) const {
   return result;
 }
 
+/// Knot by knot, so that the columns of the result are written from end to end.
+Eigen::MatrixXd LevelSpline::weights(const std::vector<double>& x) const {
+  const auto n = static_cast<Eigen::Index>(x.size());
+  const auto count = static_cast<Eigen::Index>(knots_.size());
+  if (count == 1) return Eigen::MatrixXd::Ones(n, 1);
+  std::vector<Place> places;
+  places.reserve(x.size());
+  for (const double one : x) places.push_back(place_of(knots_, one));
+  Eigen::MatrixXd result(n, count);
+  for (Eigen::Index knot = 0; knot < count; ++knot) {
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const auto& [k, inside, h, a, b] = places[static_cast<std::size_t>(i)];
+      result(i, knot) = h * h / 6.0 * ((a * a * a - a) * second_(k, knot) + (b * b * b - b) * second_(k + 1, knot));
+    }
+  }
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const auto& [k, inside, h, a, b] = places[static_cast<std::size_t>(i)];
+    const double beyond = x[static_cast<std::size_t>(i)] - inside;
+    result(i, k) += a;
+    result(i, k + 1) += b;
+    if (beyond != 0.0) result.row(i) += beyond * slope_weights(inside);
+  }
+  return result;
+}
+
 Eigen::RowVectorXd LevelSpline::slope_weights(double x) const {
   if (knots_.size() == 1) return Eigen::RowVectorXd::Zero(1);
   const auto [k, inside, h, a, b] = place_of(knots_, x);
@@ -88,25 +113,26 @@ BaseDesign base_design(const Observations& observations, Sensor sensor, const st
   const Eigen::Index levels = observations.level_count();
   const Eigen::Index offsets = observations.run_count() - 1;
   const bool scale = with_scale(observations, sensor);
-  const LevelSpline spline(observations.level_c);
+  const Eigen::MatrixXd weights = LevelSpline(observations.level_c).weights(temp_c);
   BaseDesign design;
   design.levels = levels;
   design.offsets = offsets;
   design.columns = Eigen::MatrixXd::Zero(n, 2 * levels + (scale ? levels + 2 : 0) + offsets);
   const Eigen::Index first_offset = design.columns.cols() - offsets;
   const std::size_t axis = axis_of(sensor);
+  design.columns.leftCols(levels) = weights;
+  Eigen::VectorXd force_g(n);
   for (Eigen::Index i = 0; i < n; ++i) {
     const Observation& row = observations.rows[static_cast<std::size_t>(i)];
-    const Eigen::RowVectorXd weights = spline.weights(temp_c[static_cast<std::size_t>(i)]);
-    design.columns.row(i).head(levels) = weights;
     design.columns(i, levels + row.level) = off_level(observations, row, temp_c[static_cast<std::size_t>(i)]);
     if (scale) {
-      design.columns.row(i).segment(2 * levels, levels) = observations.force_g(row, axis) * weights;
+      force_g(i) = observations.force_g(row, axis);
       design.columns(i, 3 * levels) = observations.force_g(row, (axis + 1) % 3);
       design.columns(i, 3 * levels + 1) = observations.force_g(row, (axis + 2) % 3);
     }
     if (row.run > 0) design.columns(i, first_offset + row.run - 1) = 1.0;
   }
+  if (scale) design.columns.middleCols(2 * levels, levels) = force_g.asDiagonal() * weights;
   return design;
 }
 

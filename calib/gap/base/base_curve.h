@@ -16,6 +16,8 @@ class LevelSpline {
 
   /// Weights of the knots' values in the value at `x`; their sum is 1.
   [[nodiscard]] Eigen::RowVectorXd weights(double x) const;
+  /// The same, a row for each of many.
+  [[nodiscard]] Eigen::MatrixXd weights(const std::vector<double>& x) const;
   /// Weights of the knots' values in the slope at `x`; their sum is 0.
   [[nodiscard]] Eigen::RowVectorXd slope_weights(double x) const;
 

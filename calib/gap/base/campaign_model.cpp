@@ -6,63 +6,20 @@
 #include <limits>
 #include <utility>
 
-#include "anfis/linear/least_squares.h"
 #include "base/linear/dense_solve.h"
+#include "base/linear/products.h"
 
 namespace soak::calib::gap {
 namespace {
 
-constexpr double kRankTolerance = 1e-9;
 constexpr int kPasses = 3;
 constexpr double kNoSlope = 1e12;  ///< prior that keeps a slope at that of the spline
 constexpr double kSlow_s = 7200.0;
-/// The reciprocal of the largest condition of columns of unit length at which the normal equations, where it is
-/// squared, lose no more than half of the digits.
-constexpr double kIndependent = 1e-4;
 
 Eigen::MatrixXd beside(const Eigen::MatrixXd& left, const Eigen::MatrixXd& right) {
   Eigen::MatrixXd both(left.rows(), left.cols() + right.cols());
   both << left, right;
   return both;
-}
-
-/// Lower triangle of aᵀa.
-Eigen::MatrixXd products_of(const Eigen::MatrixXd& a) {
-  Eigen::MatrixXd products = Eigen::MatrixXd::Zero(a.cols(), a.cols());
-  products.selfadjointView<Eigen::Lower>().rankUpdate(a.transpose());
-  return products;
-}
-
-/// Least squares of columns that do not depend on each other, but for columns of zeros (the offset of a run that is
-/// left out), by normal equations with one step of refinement; nothing where some nearly do.
-std::optional<anfis::LeastSquaresFit> solve_independent(const Eigen::MatrixXd& a, const Eigen::VectorXd& b) {
-  const Eigen::VectorXd norm = a.colwise().norm().transpose();
-  if (norm.size() == 0 || !norm.allFinite() || !b.allFinite()) return std::nullopt;
-  const Eigen::VectorXd scale = (norm.array() > 0.0).select(norm.cwiseInverse(), 0.0);
-  const Eigen::MatrixXd unit = a * scale.asDiagonal();
-  Eigen::MatrixXd products = products_of(unit);
-  const Eigen::VectorXd empty = (norm.array() > 0.0).select(Eigen::VectorXd::Zero(norm.size()), 1.0);
-  products.diagonal() += empty;
-  const std::optional<Eigen::MatrixXd> lower = base::try_cholesky(products);
-  if (!lower) return std::nullopt;
-  const Eigen::MatrixXd present = (1.0 - empty.array()).matrix().asDiagonal();
-  const Eigen::MatrixXd factor = base::solve_lower(*lower, present).transpose();
-  // The condition is at most the product of the norms of both, and that of unit columns is the root of their number.
-  if (factor.norm() * std::sqrt(static_cast<double>(a.cols())) * kIndependent > 1.0) return std::nullopt;
-  const auto solved = [&](const Eigen::VectorXd& left) -> Eigen::VectorXd {
-    return factor * (factor.transpose() * (unit.transpose() * left));
-  };
-  Eigen::VectorXd x = solved(b);
-  x += solved(b - unit * x);
-  anfis::LeastSquaresFit fit;
-  fit.coefficients = scale.asDiagonal() * x;
-  fit.covariance_factor = scale.asDiagonal() * factor;
-  return fit;
-}
-
-anfis::LeastSquaresFit solve_base(const Eigen::MatrixXd& a, const Eigen::VectorXd& b) {
-  if (auto fit = solve_independent(a, b)) return *std::move(fit);
-  return anfis::solve_least_squares(a, b, kRankTolerance);
 }
 
 /// Whether a sensor has any noise: one that is stuck at a number says nothing.
@@ -86,44 +43,25 @@ NoiseComponents without_slow_processes(NoiseComponents noise) {
   return noise;
 }
 
-/// Whitened columns and readings; below them a prior about 0: one more reading of 0 for each column.
-struct WhitenedBase {
-  Eigen::MatrixXd columns;
-  Eigen::VectorXd readings;
-};
-
-WhitenedBase whitened(const Whitening& whitening, const Eigen::MatrixXd& base, const Eigen::VectorXd& y,
-                      const Eigen::VectorXd& prior) {
-  const auto rows = static_cast<Eigen::Index>(whitening.rows().size());
-  WhitenedBase white{Eigen::MatrixXd::Zero(rows + base.cols(), base.cols()), Eigen::VectorXd::Zero(rows + base.cols())};
-  white.columns.topRows(rows) = whitening.apply(base);
-  white.columns.bottomRows(base.cols()) = prior.asDiagonal();
-  white.readings.head(rows) = whitening.apply(y);
-  return white;
-}
-
 }  // namespace
 
-SensorResidual::SensorResidual(const Observations& observations, Sensor sensor, const Eigen::MatrixXd& base,
-                               const NoiseComponents& noise, const std::vector<bool>& keep,
+SensorResidual::SensorResidual(const Observations& observations, Sensor sensor, const NoiseComponents& noise,
+                               const std::vector<bool>& keep, Whitening whitening, const WhitenedBase& white,
                                const Eigen::VectorXd& prior)
-    : whitening_(observations, sensor, noise, keep) {
-  const Eigen::Index rows = static_cast<Eigen::Index>(whitening_.rows().size());
-  if (rows == 0) return;
+    : whitening_(std::move(whitening)) {
   const NoiseComponents quick = without_slow_processes(noise);
   if (quick.wander.size() < noise.wander.size()) without_slow_.emplace(observations, sensor, quick, keep);
   for (const Observation& row : observations.rows) run_.push_back(row.run);
-  const WhitenedBase white = whitened(whitening_, base, readings(observations, sensor), prior);
-  const anfis::LeastSquaresFit fit = solve_base(white.columns, white.readings);
-  coefficients_ = fit.coefficients;
-  coefficient_factor_ = fit.covariance_factor;
+  anfis::LeastSquaresFit fit = white.solve(prior);
+  coefficients_ = std::move(fit.coefficients);
+  coefficient_factor_ = std::move(fit.covariance_factor);
   // X F has orthonormal columns, as F Fᵀ is the pseudo-inverse of XᵀX. Nothing else has a part in the prior's rows.
-  basis_ = white.columns.topRows(rows) * coefficient_factor_;
-  residual_ = white.readings.head(rows) - white.columns.topRows(rows) * coefficients_;
+  basis_ = base::product(white.columns(), coefficient_factor_);
+  residual_ = white.readings() - white.columns() * coefficients_;
 }
 
 Eigen::MatrixXd SensorResidual::project(Eigen::MatrixXd white) const {
-  white -= basis_ * (basis_.transpose() * white);
+  base::subtract_product(basis_, base::transposed_product(basis_, white), white);
   return white;
 }
 
@@ -193,7 +131,9 @@ Eigen::VectorXd CampaignModel::remainder(Sensor sensor, const Eigen::VectorXd& c
 
 SensorResidual CampaignModel::residual_under(Sensor sensor, const NoiseComponents& noise) const {
   const std::size_t s = index_of(sensor);
-  return {observations_, sensor, columns_[s], noise, keep_, prior_[s]};
+  Whitening whitening(observations_, sensor, noise, keep_);
+  const WhitenedBase white(whitening, columns_[s], readings(observations_, sensor));
+  return {observations_, sensor, noise, keep_, std::move(whitening), white, prior_[s]};
 }
 
 double CampaignModel::prediction_variance(Sensor sensor, int run) const {
@@ -224,7 +164,7 @@ Eigen::VectorXd CampaignModel::read_at(Sensor sensor, const std::vector<double>&
   base << design.columns.leftCols(levels), design.columns.rightCols(after_slopes);
   const Eigen::MatrixXd white = present.whiten(beside(base, terms_[s]));
   const Eigen::VectorXd readings = present.residual() + present.whiten(columns_[s] * present.coefficients());
-  Eigen::MatrixXd normal = products_of(white);
+  Eigen::MatrixXd normal = base::lower_products(white);
   Eigen::VectorXd scale = normal.diagonal().cwiseSqrt();
   for (double& x : scale) x = x > 0.0 ? 1.0 / x : 0.0;
   normal = scale.asDiagonal() * normal * scale.asDiagonal();
@@ -255,7 +195,8 @@ NoiseComponents CampaignModel::noise_of(Sensor sensor, const Eigen::VectorXd& co
 }
 
 /// Noise is estimated first as if all rows were alike, then from what the fit under that noise leaves; so is how far
-/// the curve's slope may be off. The passes before the last need no more than coefficients.
+/// the curve's slope may be off. The passes before the last need no more than coefficients. Where the noise is known
+/// the last pass has the rows of the one before.
 void CampaignModel::fit(Sensor sensor) {
   const std::size_t s = index_of(sensor);
   const Eigen::Index levels = observations_.level_count();
@@ -264,17 +205,23 @@ void CampaignModel::fit(Sensor sensor) {
   Eigen::VectorXd prior = Eigen::VectorXd::Zero(columns_[s].cols());
   prior.segment(levels, levels).setConstant(kNoSlope);
   const Eigen::VectorXd y = readings(observations_, sensor);
+  std::optional<Whitening> whitening;
+  std::optional<WhitenedBase> white;
+  const auto make_white = [&] {
+    whitening.emplace(observations_, sensor, noise, keep_);
+    white.emplace(*whitening, columns_[s], y);
+  };
   for (int pass = 1; pass < kPasses; ++pass) {
-    const Whitening whitening(observations_, sensor, noise, keep_);
-    if (whitening.rows().empty()) return residuals_.sensor[s].reset();
-    const WhitenedBase white = whitened(whitening, columns_[s], y, prior);
-    const Eigen::VectorXd coefficients = solve_base(white.columns, white.readings).coefficients;
+    make_white();
+    if (whitening->rows().empty()) return residuals_.sensor[s].reset();
+    const Eigen::VectorXd coefficients = white->solve(prior).coefficients;
     const Eigen::VectorXd sigmas = slope_sigmas(observations_.level_c, coefficients.head(levels));
     prior.segment(levels, levels) = sigmas.cwiseMax(1.0 / kNoSlope).cwiseInverse();
     noise = noise_of(sensor, coefficients);
     if (!scatters(noise)) return residuals_.sensor[s].reset();
   }
-  residuals_.sensor[s].emplace(observations_, sensor, columns_[s], noise, keep_, prior);
+  if (!noise_) make_white();
+  residuals_.sensor[s].emplace(observations_, sensor, noise, keep_, *std::move(whitening), *white, prior);
   residuals_.noise[s] = noise;
   prior_[s] = prior;
   slope_[s] = base_slope(observations_, sensor, temp_c_[s], residuals_.sensor[s]->coefficients());

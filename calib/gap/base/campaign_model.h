@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "calib/gap/base/base_curve.h"
+#include "calib/gap/base/whitened_base.h"
 #include "calib/gap/effects/effect.h"
 #include "calib/gap/noise/noise.h"
 
@@ -14,13 +15,19 @@ namespace soak::calib::gap {
 /// What a term is tested against, sensor by sensor: the readings with base and accepted terms projected out, whitened.
 class SensorResidual {
  public:
-  /// `base`: columns of the base and of accepted terms, one row per observation; they may depend on each other. `keep`:
-  /// observations that take part. `prior`: per column the reciprocal standard deviation that its coefficient has about
-  /// 0; 0 = free.
-  SensorResidual(const Observations& observations, Sensor sensor, const Eigen::MatrixXd& base,
-                 const NoiseComponents& noise, const std::vector<bool>& keep, const Eigen::VectorXd& prior);
+  /// `keep`: observations that take part. `whitening`: by `noise`, of these. `white`: by it, the columns of the base
+  /// and of accepted terms; they may depend on each other. `prior`: per column the reciprocal standard deviation that
+  /// its coefficient has about 0; 0 = free.
+  SensorResidual(const Observations& observations, Sensor sensor, const NoiseComponents& noise,
+                 const std::vector<bool>& keep, Whitening whitening, const WhitenedBase& white,
+                 const Eigen::VectorXd& prior);
 
   [[nodiscard]] Eigen::MatrixXd whiten(const Eigen::MatrixXd& columns) const { return whitening_.apply(columns); }
+  /// Of the whitened rows the `count` from the `first` on, which is the first of a run.
+  [[nodiscard]] Eigen::MatrixXd whiten_in_run(const Eigen::MatrixXd& columns, Eigen::Index first,
+                                              Eigen::Index count) const {
+    return whitening_.apply_in_run(columns, first, count);
+  }
   /// Whitened columns freed of what the base takes up.
   [[nodiscard]] Eigen::MatrixXd project(Eigen::MatrixXd white) const;
   /// B with project(w) = w - B Bᵀw: orthonormal but for what the prior holds of it.

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <tuple>
 #include <unordered_map>
 #include <utility>
@@ -53,27 +54,42 @@ double mean_count(const std::vector<Stay>& stays) {
   return stays.empty() ? 1.0 : std::max(1.0, sum / static_cast<double>(stays.size()));
 }
 
-constexpr Eigen::Index kTogether = 8;  ///< columns that are filtered at a time, several in one register
+/// Four numbers in one register, or in two where the processor has no wider ones.
+using Four [[gnu::vector_size(4 * sizeof(double))]] = double;
 
-/// The filter's states, `kTogether` columns of each.
-using StatesOfColumns = std::array<std::array<double, kTogether>, kMostStates>;
+/// One row of four columns that are filtered together.
+struct FourColumns {
+  Four of;
+};
 
-/// One row of `kTogether` columns: their states fade, each reading is less what they say, and corrects them.
-SOAK_INLINE void filter_row(Eigen::Index states, const double* fade, const double* gain, double scale,
-                            StatesOfColumns& state, std::array<double, kTogether>& row) {
-  const auto n = static_cast<std::size_t>(states);
-  std::array<double, kTogether> said{};
-  for (std::size_t k = 0; k < n; ++k) {
-    for (std::size_t c = 0; c < kTogether; ++c) {
-      state[k][c] *= fade[k];
-      said[c] += state[k][c];
+/// Columns that are filtered at a time, in fours: what a row says waits for the one before, so that many take hardly
+/// longer than few.
+constexpr std::size_t kMany = 16;
+constexpr std::size_t kSome = 8;
+constexpr std::size_t kFew = 4;
+
+template <std::size_t Width>
+using RowOfColumns = std::array<FourColumns, Width / 4>;
+
+/// One row of `Width` columns: their states fade, each reading is less what they say, and corrects them.
+template <std::size_t Width>
+SOAK_INLINE void filter_row(std::size_t states, const double* fade, const double* gain, double scale,
+                            std::array<RowOfColumns<Width>, kMostStates>& state, RowOfColumns<Width>& row) {
+  RowOfColumns<Width> said{};
+  for (std::size_t k = 0; k < states; ++k) {
+#pragma GCC unroll 4
+    for (std::size_t c = 0; c < said.size(); ++c) {
+      state[k][c].of *= fade[k];
+      said[c].of += state[k][c].of;
     }
   }
-  for (std::size_t c = 0; c < kTogether; ++c) row[c] -= said[c];
-  for (std::size_t k = 0; k < n; ++k) {
-    for (std::size_t c = 0; c < kTogether; ++c) state[k][c] += gain[k] * row[c];
+#pragma GCC unroll 4
+  for (std::size_t c = 0; c < said.size(); ++c) row[c].of -= said[c].of;
+  for (std::size_t k = 0; k < states; ++k) {
+#pragma GCC unroll 4
+    for (std::size_t c = 0; c < said.size(); ++c) state[k][c].of += gain[k] * row[c].of;
   }
-  for (std::size_t c = 0; c < kTogether; ++c) row[c] *= scale;
+  for (FourColumns& four : row) four.of *= scale;
 }
 
 }  // namespace
@@ -232,20 +248,40 @@ void Whitening::filter_runs(const Observations& observations, const NoiseCompone
   }
 }
 
-SOAK_CLONES void Whitening::filter(const Eigen::Ref<const Eigen::MatrixXd>& columns, Eigen::Index first,
+template <std::size_t Width>
+SOAK_INLINE void Whitening::filter_columns(const Eigen::Ref<const Eigen::MatrixXd>& columns, Eigen::Index column,
+                                           Eigen::Index first_row, Eigen::MatrixXd& result) const {
+  const auto count = std::min(Width, static_cast<std::size_t>(columns.cols() - column));
+  const auto rows = static_cast<std::size_t>(result.rows());
+  const auto stride = static_cast<std::size_t>(columns.outerStride());
+  std::array<RowOfColumns<Width>, kMostStates> state{};
+  RowOfColumns<Width> row{};
+  std::array<double, Width> reading{};
+  const double* from = columns.data() + column * columns.outerStride();
+  double* to = result.data() + column * result.rows();
+  for (std::size_t i = 0; i < rows; ++i) {
+    const auto at = static_cast<std::size_t>(first_row) + i;
+    const Step& step = steps_[at];
+    for (std::size_t c = 0; c < count; ++c) reading[c] = from[c * stride + static_cast<std::size_t>(rows_[at])];
+    std::memcpy(row.data(), reading.data(), sizeof reading);
+    filter_row<Width>(static_cast<std::size_t>(step.fade.size()), step.fade.data(), step.gain.data(), step.scale, state,
+                      row);
+    std::memcpy(reading.data(), row.data(), sizeof reading);
+    for (std::size_t c = 0; c < count; ++c) to[c * rows + i] = reading[c];
+  }
+}
+
+SOAK_CLONES void Whitening::filter(const Eigen::Ref<const Eigen::MatrixXd>& columns, Eigen::Index first_row,
                                    Eigen::MatrixXd& result) const {
-  const auto count = static_cast<std::size_t>(std::min(kTogether, columns.cols() - first));
-  StatesOfColumns state{};
-  std::array<double, kTogether> row{};
-  const double* from = columns.data() + first * columns.outerStride();
-  double* to = result.data() + first * result.rows();
-  for (std::size_t i = 0; i < steps_.size(); ++i) {
-    const Step& step = steps_[i];
-    for (std::size_t c = 0; c < count; ++c) {
-      row[c] = from[static_cast<Eigen::Index>(c) * columns.outerStride() + rows_[i]];
+  for (Eigen::Index column = 0; column < columns.cols(); column += static_cast<Eigen::Index>(kMany)) {
+    const auto left = static_cast<std::size_t>(columns.cols() - column);
+    if (left > kSome) {
+      filter_columns<kMany>(columns, column, first_row, result);
+    } else if (left > kFew) {
+      filter_columns<kSome>(columns, column, first_row, result);
+    } else {
+      filter_columns<kFew>(columns, column, first_row, result);
     }
-    filter_row(step.fade.size(), step.fade.data(), step.gain.data(), step.scale, state, row);
-    for (std::size_t c = 0; c < count; ++c) to[c * steps_.size() + i] = row[c];
   }
 }
 
@@ -256,8 +292,13 @@ double Whitening::log_determinant() const {
 }
 
 Eigen::MatrixXd Whitening::apply(const Eigen::Ref<const Eigen::MatrixXd>& columns) const {
-  Eigen::MatrixXd result(static_cast<Eigen::Index>(rows_.size()), columns.cols());
-  for (Eigen::Index first = 0; first < columns.cols(); first += kTogether) filter(columns, first, result);
+  return apply_in_run(columns, 0, static_cast<Eigen::Index>(rows_.size()));
+}
+
+Eigen::MatrixXd Whitening::apply_in_run(const Eigen::Ref<const Eigen::MatrixXd>& columns, Eigen::Index first,
+                                        Eigen::Index count) const {
+  Eigen::MatrixXd result(count, columns.cols());
+  filter(columns, first, result);
   return result;
 }
 

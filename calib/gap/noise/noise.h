@@ -80,6 +80,9 @@ class Whitening {
 
   /// Whitened rows of `columns`, which has one row per observation.
   [[nodiscard]] Eigen::MatrixXd apply(const Eigen::Ref<const Eigen::MatrixXd>& columns) const;
+  /// Of these the `count` from the `first` on, which is the first of a run: no run depends on another.
+  [[nodiscard]] Eigen::MatrixXd apply_in_run(const Eigen::Ref<const Eigen::MatrixXd>& columns, Eigen::Index first,
+                                             Eigen::Index count) const;
   /// ln of the determinant of the rows' covariance.
   [[nodiscard]] double log_determinant() const;
   /// Observation that whitened row i belongs to: rows keep their visit and run.
@@ -95,8 +98,11 @@ class Whitening {
     double scale = 1.0;  ///< reciprocal standard deviation of what the row says beyond
   };
   void filter_runs(const Observations& observations, const NoiseComponents& noise);
-  /// Whitens some of the columns, from the `first` on.
-  void filter(const Eigen::Ref<const Eigen::MatrixXd>& columns, Eigen::Index first, Eigen::MatrixXd& result) const;
+  /// Whitens `Width` columns, or as many as there are, from the `column` on, in as many rows as `result` has.
+  template <std::size_t Width>
+  void filter_columns(const Eigen::Ref<const Eigen::MatrixXd>& columns, Eigen::Index column, Eigen::Index first_row,
+                      Eigen::MatrixXd& result) const;
+  void filter(const Eigen::Ref<const Eigen::MatrixXd>& columns, Eigen::Index first_row, Eigen::MatrixXd& result) const;
 
   std::vector<Eigen::Index> rows_;
   std::vector<Step> steps_;  ///< of each row

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "base/linear/dense_solve.h"
+#include "base/linear/products.h"
 
 namespace soak::calib::gap {
 namespace {
@@ -24,7 +25,7 @@ static_assert(kComponents <= kMostStates);
 /// Variances for which the estimates are best, over that of placements.
 constexpr double kVisitWeight = 0.25;
 constexpr double kWanderWeight = 1.0 / static_cast<double>(kTaus_s.size());
-constexpr double kRidge = 1e-9;            ///< means of runs and of what they repeat depend on each other
+constexpr double kMeansRidge = 1e-9;       ///< means of runs and of what they repeat depend on each other
 constexpr double kLeastReplicated = 10.0;  ///< placements beyond the number of the means
 
 /// A placement that another run repeats.
@@ -69,8 +70,20 @@ struct RunPart {
   Eigen::Index first = 0;
   Eigen::MatrixXd weight;                           ///< W, the inverse of its covariance
   std::array<Eigen::MatrixXd, kComponents> kernel;  ///< K_k
+  Eigen::MatrixXd columns;                          ///< X: what is free beside the noise
   Eigen::MatrixXd weighted;                         ///< A = W X
 };
+
+/// left x, where nearly all of x is zero.
+Eigen::MatrixXd times_sparse(const Eigen::MatrixXd& left, const Eigen::MatrixXd& x) {
+  Eigen::MatrixXd result = Eigen::MatrixXd::Zero(left.rows(), x.cols());
+  for (Eigen::Index j = 0; j < x.cols(); ++j) {
+    for (Eigen::Index i = 0; i < x.rows(); ++i) {
+      if (x(i, j) != 0.0) result.col(j) += x(i, j) * left.col(i);
+    }
+  }
+  return result;
+}
 
 RunPart run_part(const Observations& observations, const std::vector<Place>& places, Eigen::Index first,
                  Eigen::Index m) {
@@ -78,7 +91,7 @@ RunPart run_part(const Observations& observations, const std::vector<Place>& pla
   part.first = first;
   for (Eigen::MatrixXd& kernel : part.kernel) kernel.resize(m, m);
   for (Eigen::Index i = 0; i < m; ++i) {
-    for (Eigen::Index j = 0; j < m; ++j) {
+    for (Eigen::Index j = 0; j <= i; ++j) {
       const Place& a = places[static_cast<std::size_t>(first + i)];
       const Place& b = places[static_cast<std::size_t>(first + j)];
       part.kernel[kOfPlacement](i, j) = i == j ? 1.0 : 0.0;
@@ -86,6 +99,7 @@ RunPart run_part(const Observations& observations, const std::vector<Place>& pla
       for (std::size_t k = kFirstTau; k < kComponents; ++k) {
         part.kernel[k](i, j) = correlation(observations, a, b, kTaus_s[k - kFirstTau]);
       }
+      for (Eigen::MatrixXd& kernel : part.kernel) kernel(j, i) = kernel(i, j);
     }
   }
   Eigen::MatrixXd covariance = part.kernel[kOfPlacement] + kVisitWeight * part.kernel[kOfVisit];
@@ -115,22 +129,19 @@ Eigen::MatrixXd free_columns(const std::vector<Place>& places, const Eigen::Matr
   return columns;
 }
 
-/// Adds one run's part of A_kl = tr(P K_k P K_l), P = W − W X (XᵀWX)⁻¹ XᵀW, and to `coupled` its part of
-/// (XᵀWX)⁻¹ XᵀW K_k W X, by which runs hang together. `inverse`: (XᵀWX)⁻¹.
+/// Adds one run's part of A_kl = tr(P K_k P K_l), P = W − W X (XᵀWX)⁻¹ XᵀW, where no other run takes part, and to
+/// `shared` its part of XᵀW K_k W X, by which runs hang together. `inverse`: (XᵀWX)⁻¹.
 void add_information(const RunPart& run, const Eigen::MatrixXd& inverse, Eigen::MatrixXd& information,
-                     std::array<Eigen::MatrixXd, kComponents>& coupled) {
-  std::array<Eigen::MatrixXd, kComponents> turned;   // W K_k
-  std::array<Eigen::MatrixXd, kComponents> seen_by;  // K_k A
-  std::array<Eigen::MatrixXd, kComponents> spread;   // W K_k A
+                     std::array<Eigen::MatrixXd, kComponents>& shared) {
+  std::array<Eigen::MatrixXd, kComponents> turned;  // K_k W
+  std::array<Eigen::MatrixXd, kComponents> spread;  // W K_k A
   for (std::size_t k = 0; k < kComponents; ++k) {
-    turned[k] = run.weight * run.kernel[k];
-    seen_by[k] = run.kernel[k] * run.weighted;
-    spread[k] = run.weight * seen_by[k];
-    coupled[k] += inverse * (run.weighted.transpose() * seen_by[k]);
-  }
-  for (std::size_t k = 0; k < kComponents; ++k) {
-    const Eigen::MatrixXd through = seen_by[k] * inverse;
-    for (std::size_t l = 0; l < kComponents; ++l) {
+    turned[k] = base::product(run.kernel[k], run.weight);
+    const Eigen::MatrixXd seen_by = times_sparse(turned[k], run.columns);  // K_k A
+    spread[k] = base::product(run.weight, seen_by);
+    shared[k] += times_sparse(spread[k].transpose(), run.columns);
+    const Eigen::MatrixXd through = base::product(seen_by, inverse);
+    for (std::size_t l = 0; l <= k; ++l) {
       information(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(l)) +=
           turned[k].cwiseProduct(turned[l].transpose()).sum() - 2.0 * through.cwiseProduct(spread[l]).sum();
     }
@@ -186,21 +197,24 @@ WanderEstimate::WanderEstimate(const Observations& observations, const Eigen::Ve
     impl_->blocks += stay.value.count / static_cast<double>(n);
     if (i + 1 < n && places[static_cast<std::size_t>(i + 1)].stay.run == stay.run) continue;
     RunPart run = run_part(observations, places, first, i + 1 - first);
-    run.weighted = run.weight * columns.middleRows(first, i + 1 - first);
-    normal += columns.middleRows(first, i + 1 - first).transpose() * run.weighted;
+    run.columns = columns.middleRows(first, i + 1 - first);
+    run.weighted = times_sparse(run.weight, run.columns);
+    normal += times_sparse(run.weighted.transpose(), run.columns);
     impl_->runs.push_back(std::move(run));
     first = i + 1;
   }
-  normal.diagonal().array() += kRidge * normal.diagonal().mean();
+  normal.diagonal().array() += kMeansRidge * normal.diagonal().mean();
   impl_->inverse = base::solve_llt(normal, Eigen::MatrixXd(Eigen::MatrixXd::Identity(f, f)));
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(kComponents, kComponents);
   std::array<Eigen::MatrixXd, kComponents> coupled;
   coupled.fill(Eigen::MatrixXd::Zero(f, f));
   for (const RunPart& run : impl_->runs) add_information(run, impl_->inverse, information, coupled);
+  for (Eigen::MatrixXd& of_component : coupled) of_component = base::product(impl_->inverse, of_component);
   for (std::size_t k = 0; k < kComponents; ++k) {
-    for (std::size_t l = 0; l < kComponents; ++l) {
-      information(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(l)) +=
-          coupled[k].cwiseProduct(coupled[l].transpose()).sum();
+    for (std::size_t l = 0; l <= k; ++l) {
+      double& entry = information(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(l));
+      entry += coupled[k].cwiseProduct(coupled[l].transpose()).sum();
+      information(static_cast<Eigen::Index>(l), static_cast<Eigen::Index>(k)) = entry;
     }
   }
   impl_->information = std::move(information);

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "base/linear/dense_solve.h"
+#include "base/linear/products.h"
 #include "base/statistics.h"
 #include "calib/gap/effects/columns.h"
 #include "calib/gap/noise/wander_estimate.h"
@@ -85,26 +86,34 @@ struct StepScores {
   Eigen::VectorXd score;
 };
 
+/// What steps are tested against.
+struct StepTest {
+  const Observations& observations;
+  const SensorResidual& residual;
+  double noise_dof;
+  /// BᵀB of the residual's basis.
+  Eigen::MatrixXd basis_squares = base::transposed_product(residual.basis(), residual.basis());
+};
+
 /// `effects`: columns whose strength in that run is free. Steps are zero in all other runs, so that products with them
 /// need the rows of this one only.
-StepScores score_steps(const Observations& observations, const SensorResidual& residual, const Eigen::MatrixXd& effects,
-                       const Eigen::MatrixXd& steps, int run) {
+StepScores score_steps(const StepTest& test, const Eigen::MatrixXd& effects, const Eigen::MatrixXd& steps, int run) {
+  const SensorResidual& residual = test.residual;
   const std::vector<Eigen::Index>& rows = residual.rows();
-  const auto run_of = [&](Eigen::Index row) { return observations.rows[static_cast<std::size_t>(row)].run; };
+  const auto run_of = [&](Eigen::Index row) { return test.observations.rows[static_cast<std::size_t>(row)].run; };
   const auto [begin, end] = std::ranges::equal_range(rows, run, {}, run_of);
   const Eigen::Index first = begin - rows.begin();
-  const Eigen::MatrixXd white = residual.whiten(steps).middleRows(first, end - begin);
+  const Eigen::MatrixXd white = residual.whiten_in_run(steps, first, end - begin);
   const auto of_run = [&](const auto& all) { return all.middleRows(first, end - begin); };
-  const Eigen::MatrixXd taken = of_run(residual.basis()).transpose() * white;
-  const Eigen::MatrixXd basis_squares = residual.basis().transpose() * residual.basis();
+  const Eigen::MatrixXd taken = base::transposed_product(of_run(residual.basis()), white);
   StepScores scores;
   scores.before = white.colwise().squaredNorm().transpose();
   // |w - B Bᵀw|²: B is orthonormal but for what the base's prior holds of it.
   scores.information = scores.before - 2.0 * taken.colwise().squaredNorm().transpose() +
-                       taken.cwiseProduct(basis_squares * taken).colwise().sum().transpose();
+                       taken.cwiseProduct(base::product(test.basis_squares, taken)).colwise().sum().transpose();
   Eigen::VectorXd left = residual.residual();
   if (effects.cols() > 0) {
-    const Eigen::MatrixXd strength = residual.project(residual.whiten(in_run(observations, effects, run)));
+    const Eigen::MatrixXd strength = residual.project(residual.whiten(in_run(test.observations, effects, run)));
     left -= strength * base::solve_pivoted_qr(strength, left);
     const Eigen::MatrixXd along = of_run(residual.project(strength)).transpose() * white;
     const Eigen::MatrixXd squares = strength.transpose() * strength;
@@ -114,11 +123,11 @@ StepScores score_steps(const Observations& observations, const SensorResidual& r
   return scores;
 }
 
-Step strongest_step(const Observations& observations, const SensorResidual& residual, const Eigen::MatrixXd& effects,
-                    double noise_dof, int run) {
+Step strongest_step(const StepTest& test, const Eigen::MatrixXd& effects, int run) {
+  const Observations& observations = test.observations;
   const std::vector<Eigen::Index> places = places_in(observations, run);
   if (places.empty()) return {};
-  const StepScores steps = score_steps(observations, residual, effects, steps_at(observations, places, run), run);
+  const StepScores steps = score_steps(test, effects, steps_at(observations, places, run), run);
   double gain = 0.0;
   Eigen::Index strongest = 0;
   for (Eigen::Index k = 0; k < steps.score.size(); ++k) {
@@ -129,9 +138,9 @@ Step strongest_step(const Observations& observations, const SensorResidual& resi
     strongest = k;
   }
   const auto count = static_cast<double>(places.size());
-  if (gain <= 0.0 || noise_dof <= 0.0) return {};
+  if (gain <= 0.0 || test.noise_dof <= 0.0) return {};
   return {std::max(0.0, gain - 2.0 * std::log(count)),
-          std::min(1.0, count * base::f_upper_tail(gain, 1.0, noise_dof)),
+          std::min(1.0, count * base::f_upper_tail(gain, 1.0, test.noise_dof)),
           run,
           steps_at(observations, {places[static_cast<std::size_t>(strongest)]}, run),
           places[static_cast<std::size_t>(strongest)],
@@ -171,13 +180,12 @@ Eigen::MatrixXd next_to(const Observations& observations, const Step& step) {
 }
 
 /// Whether a step the other way stands out in the run of a step that does, away from that one.
-bool steps_back(const Observations& observations, const SensorResidual& residual, const Eigen::MatrixXd& effects,
-                double noise_dof, const Step& step) {
+bool steps_back(const StepTest& test, const Eigen::MatrixXd& effects, const Step& step) {
   if (step.p >= kGate) return false;
-  const Eigen::MatrixXd levels = next_to(observations, step);
+  const Eigen::MatrixXd levels = next_to(test.observations, step);
   Eigen::MatrixXd known(step.course.size(), effects.cols() + 1 + levels.cols());
   known << effects, step.course, levels;
-  const Step second = strongest_step(observations, residual, known, noise_dof, step.run);
+  const Step second = strongest_step(test, known, step.run);
   return second.p < kGate && second.size * step.size < 0.0;
 }
 
@@ -194,23 +202,22 @@ struct OfSensor {
 OfSensor look_in(const CampaignModel& model, const std::vector<NamedEffect>& effects, Sensor sensor) {
   const Observations& observations = model.regressor_inputs().observations;
   const std::size_t s = index_of(sensor);
-  const SensorResidual& residual = *model.residuals().sensor[s];
   const Eigen::MatrixXd columns = contributions(effects, sensor, static_cast<Eigen::Index>(observations.rows.size()));
   const double noise_dof = model.residuals().noise[s].visit_dof;
+  const StepTest test{observations, *model.residuals().sensor[s], noise_dof};
   std::vector<Step> steps;
-  for (int run = 0; run < observations.run_count(); ++run) {
-    steps.push_back(strongest_step(observations, residual, columns, noise_dof, run));
-  }
+  for (int run = 0; run < observations.run_count(); ++run) steps.push_back(strongest_step(test, columns, run));
   Step& strongest = *std::ranges::min_element(steps, {}, &Step::p);
   OfSensor result;
   if (strongest.p < kSuspicious) {
     if (const auto without = residual_without(model, effects, sensor, strongest.course)) {
-      strongest = strongest_step(observations, *without, columns, noise_dof, strongest.run);
-      result.back = steps_back(observations, *without, columns, noise_dof, strongest);
+      const StepTest again{observations, *without, noise_dof};
+      strongest = strongest_step(again, columns, strongest.run);
+      result.back = steps_back(again, columns, strongest);
     }
   }
   for (const Step& step : steps) {
-    result.back = result.back || steps_back(observations, residual, columns, noise_dof, step);
+    result.back = result.back || steps_back(test, columns, step);
   }
   for (const Step& step : steps) {
     result.of_runs.push_back(step.p);

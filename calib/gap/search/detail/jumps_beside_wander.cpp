@@ -7,16 +7,16 @@
 #include <cstddef>
 #include <functional>
 #include <limits>
-#include <numeric>
 #include <vector>
 
+#include "base/instruction_set.h"
 #include "calib/gap/noise/noise.h"
 #include "calib/gap/search/detail/telegraph.h"
 
 namespace soak::calib::gap {
 namespace {
 
-constexpr Eigen::Index kMostPaths = 48;
+constexpr std::size_t kMostPaths = 48;
 /// Where the search for two levels begins: mean times between jumps, and shares of the wander's variance.
 constexpr std::array<double, 3> kFirstStays_s = {2000.0, 8000.0, 32000.0};
 constexpr std::array<double, 2> kFirstShares = {0.4, 0.7};
@@ -55,40 +55,73 @@ std::vector<GaussMarkov> beside(std::vector<GaussMarkov> wander, const LevelPair
   return wander;
 }
 
+using States = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostStates, 1>;
+using Covariance = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostStates, kMostStates>;
+
+/// Paths are computed so many at a time, several in one register; those beyond the last one are computed in vain.
+constexpr std::size_t kBlock = 8;
+constexpr std::size_t kRoom = 2 * kMostPaths;
+static_assert(kRoom % kBlock == 0);
+
+/// A number of each path.
+using OfPaths = std::array<double, kRoom>;
+
+/// Of each path what a reading lies off its states' sum and its level; the states move by their gain times that.
+SOAK_CLONES void correct(std::array<OfPaths, kMostStates>& means, const States& gain, double value, double step,
+                         const OfPaths& high, std::size_t count, OfPaths& off) {
+  const auto states = static_cast<std::size_t>(gain.size());
+  const double* const gains = gain.data();
+  for (std::size_t first = 0; first < count; first += kBlock) {
+    std::array<double, kBlock> left{};
+    for (std::size_t c = 0; c < kBlock; ++c) left[c] = value - step * high[first + c];
+    for (std::size_t k = 0; k < states; ++k) {
+      for (std::size_t c = 0; c < kBlock; ++c) left[c] -= means[k][first + c];
+    }
+    for (std::size_t k = 0; k < states; ++k) {
+      for (std::size_t c = 0; c < kBlock; ++c) means[k][first + c] += gains[k] * left[c];
+    }
+    for (std::size_t c = 0; c < kBlock; ++c) off[first + c] = left[c];
+  }
+}
+
 /// Paths of jumps through one run, each with the means of the filter's states: visit, the run's offset, and one for
 /// each process. Their covariance is the same for all paths.
 class Paths {
  public:
-  explicit Paths(Eigen::Index states)
-      : means_(2 * kMostPaths, states), log_weight_(2 * kMostPaths), high_(2 * kMostPaths) {
-    begin();
-  }
+  explicit Paths(std::size_t states) : states_(states) { begin(); }
 
   /// A new run, at either level.
   void begin() {
     count_ = 2;
-    means_.topRows(2).setZero();
-    log_weight_.head(2) = std::log(0.5);
-    high_.head(2) << 0.0, 1.0;
+    for (std::size_t k = 0; k < states_; ++k) means_[k][0] = means_[k][1] = 0.0;
+    log_weight_[0] = log_weight_[1] = std::log(0.5);
+    high_[0] = 0.0;
+    high_[1] = 1.0;
   }
 
   /// Each path goes on at its level and, with the chance `other`, at the other one.
-  void fade_and_branch(const Eigen::VectorXd& fade, double other) {
-    for (Eigen::Index state = 0; state < fade.size(); ++state) means_.col(state).head(count_) *= fade(state);
+  void fade_and_branch(const States& fade, double other) {
+    for (std::size_t k = 0; k < states_; ++k) {
+      for (std::size_t path = 0; path < count_; ++path) means_[k][path] *= fade(static_cast<Eigen::Index>(k));
+    }
     if (other <= 0.0) return;
-    means_.middleRows(count_, count_) = means_.topRows(count_);
-    log_weight_.segment(count_, count_) = log_weight_.head(count_) + std::log(other);
-    log_weight_.head(count_) += std::log(1.0 - other);
-    high_.segment(count_, count_) = 1.0 - high_.head(count_);
+    const double jumps = std::log(other);
+    const double stays = std::log(1.0 - other);
+    for (std::size_t k = 0; k < states_; ++k) std::copy_n(means_[k].begin(), count_, means_[k].begin() + count_);
+    for (std::size_t path = 0; path < count_; ++path) {
+      log_weight_[count_ + path] = log_weight_[path] + jumps;
+      log_weight_[path] += stays;
+      high_[count_ + path] = 1.0 - high_[path];
+    }
     count_ *= 2;
   }
 
   /// Takes in a reading of that variance, with the filter's gain; returns ln of its density given those before.
-  double take(double value, double step, const Eigen::VectorXd& gain, double variance) {
-    const Eigen::ArrayXd off = value - means_.topRows(count_).rowwise().sum() - step * high_.head(count_);
-    auto log_weight = log_weight_.head(count_);
-    log_weight -= 0.5 * off.square() / variance;
-    for (Eigen::Index state = 0; state < gain.size(); ++state) means_.col(state).head(count_) += gain(state) * off;
+  double take(double value, double step, const States& gain, double variance) {
+    correct(means_, gain, value, step, high_, count_, off_);
+    const auto count = static_cast<Eigen::Index>(count_);
+    auto log_weight = Eigen::Map<Eigen::ArrayXd>(log_weight_.data(), count);
+    log_weight -= 0.5 * Eigen::Map<const Eigen::ArrayXd>(off_.data(), count).square() / variance;
     const double most = log_weight.maxCoeff();
     const double log_density = most + std::log((log_weight - most).exp().sum());
     log_weight -= log_density;
@@ -97,26 +130,30 @@ class Paths {
   }
 
  private:
+  /// In the order in which they are; of equal ones at the limit the first.
   void keep_likeliest() {
-    std::vector<Eigen::Index> order(static_cast<std::size_t>(count_));
-    std::iota(order.begin(), order.end(), Eigen::Index{0});
-    std::ranges::nth_element(order, order.begin() + kMostPaths, std::greater<>(),
-                             [&](Eigen::Index k) { return log_weight_(k); });
-    order.resize(kMostPaths);
-    std::ranges::sort(order);  // so that no path is overwritten before it is moved
-    for (Eigen::Index k = 0; k < kMostPaths; ++k) {
-      const Eigen::Index from = order[static_cast<std::size_t>(k)];
-      means_.row(k) = means_.row(from);
-      log_weight_(k) = log_weight_(from);
-      high_(k) = high_(from);
+    OfPaths sorted = log_weight_;
+    const auto limit = sorted.begin() + (kMostPaths - 1);
+    std::nth_element(sorted.begin(), limit, sorted.begin() + count_, std::greater<>());
+    const auto above = [&](double weight) { return weight > *limit; };
+    std::ptrdiff_t at_limit = static_cast<std::ptrdiff_t>(kMostPaths) - std::count_if(sorted.begin(), limit, above);
+    std::size_t kept = 0;
+    for (std::size_t path = 0; path < count_ && kept < kMostPaths; ++path) {
+      if (log_weight_[path] < *limit || (log_weight_[path] == *limit && at_limit-- <= 0)) continue;
+      for (std::size_t k = 0; k < states_; ++k) means_[k][kept] = means_[k][path];
+      log_weight_[kept] = log_weight_[path];
+      high_[kept] = high_[path];
+      ++kept;
     }
-    count_ = kMostPaths;
+    count_ = kept;
   }
 
-  Eigen::Index count_ = 0;  ///< of paths: the first rows of what follows
-  Eigen::ArrayXXd means_;   ///< a column for each state, so that all paths are computed at once
-  Eigen::ArrayXd log_weight_;
-  Eigen::ArrayXd high_;  ///< 1 at the upper level, else 0
+  std::size_t states_;
+  std::size_t count_ = 0;  ///< of paths: the first entries of what follows
+  std::array<OfPaths, kMostStates> means_{};
+  OfPaths log_weight_{};
+  OfPaths high_{};  ///< 1 at the upper level, else 0
+  OfPaths off_{};
 };
 
 /// ln of the density of placements' means under that noise and two levels beside it (none: variance 0), but for
@@ -124,15 +161,15 @@ class Paths {
 double log_likelihood(const PlacementMeans& means, const NoiseComponents& noise, const LevelPair& levels) {
   const double white = noise.placement * noise.placement + noise.block * noise.block / means.blocks;
   const Eigen::Index n = kFirstProcess + static_cast<Eigen::Index>(noise.wander.size());
-  Eigen::VectorXd variance(n);
+  States variance(n);
   variance(kVisitState) = noise.visit * noise.visit;
   variance(kOffsetState) = kFreeOffset * white;
   for (Eigen::Index k = kFirstProcess; k < n; ++k) {
     variance(k) = std::pow(noise.wander[static_cast<std::size_t>(k - kFirstProcess)].sigma, 2);
   }
-  Paths paths(n);
-  Eigen::VectorXd fade(n);
-  Eigen::MatrixXd covariance;
+  Paths paths(static_cast<std::size_t>(n));
+  States fade(n);
+  Covariance covariance;
   double sum = 0.0;
   for (std::size_t i = 0; i < means.readings.size(); ++i) {
     const Reading& reading = means.readings[i];
@@ -152,9 +189,9 @@ double log_likelihood(const PlacementMeans& means, const NoiseComponents& noise,
       paths.fade_and_branch(
           fade, levels.other_after(0.5 * (reading.end_s + reading.begin_s - before.end_s - before.begin_s)));
     }
-    const Eigen::VectorXd with_reading = covariance.rowwise().sum();  // a reading is the sum of all states
+    const States with_reading = covariance.rowwise().sum();  // a reading is the sum of all states
     const double of_reading = with_reading.sum() + white;
-    const Eigen::VectorXd gain = with_reading / of_reading;
+    const States gain = with_reading / of_reading;
     covariance -= gain * with_reading.transpose();
     sum += paths.take(reading.value, 2.0 * std::sqrt(levels.variance), gain, of_reading);
   }
