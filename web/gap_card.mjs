@@ -3,7 +3,7 @@
 
 import { $, element, english, say, show, tell } from "./dom.mjs";
 import { clock } from "./format.mjs";
-import { acceptsNext, closedText, evidenceOf, G, gapNextOf, gapSureOf, gapText, gapVerdictOf, intervalText, isAccepted, outsideText, sensorsText, shownText, sizeText, slowNoiseRows, small, smallUnitOf, stepRows } from "./gap_words.mjs";
+import { acceptsNext, closedText, evidenceOf, G, gapNextOf, gapSureOf, gapText, gapVerdictOf, intervalText, isAccepted, isOpen, outsideText, sensorsText, shownText, sizeText, slowNoiseRows, small, smallUnitOf, stepRows } from "./gap_words.mjs";
 import { heatTable, mapKey } from "./heat_map.mjs";
 import { runningText } from "./job_words.mjs";
 import { sensorText } from "./unit_words.mjs";
@@ -149,7 +149,7 @@ export class GapCard {
       if (isCarried) line.append(Object.assign(element("span", ` ${G.accept.carried}`), { className: "why" }));
       return line;
     }));
-    const rivals = [...new Set(effects.filter(({ name }) => !carried.includes(name)).flatMap(({ confusable_with: names }) => names))];
+    const rivals = [...new Set(effects.filter((effect) => !carried.includes(effect.name) && isOpen(effect)).flatMap(({ confusable_with: names }) => names))];
     say($("accept-text"), G.accept.what(model.version + 1, model.version));
     show($("accept-rivals"), rivals.length > 0);
     say($("accept-rivals"), G.accept.rivals(rivals));

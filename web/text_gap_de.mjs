@@ -82,6 +82,7 @@ export const text = {
     likely: "Zufall sieht sehr selten so aus",
     alone: (chance) => `${chance}, und kein anderer bekannter Effekt erklärt es fast so gut.`,
     rivals: (chance, doubts) => `${chance}; aber fast so viel wie ${doubts.map(([name, names]) => `${effect(name)} erklärt ${either(names)}`).join(", wie ")}: Diese Läufe unterscheiden sie nicht sicher.`,
+    decided: (chance, pairs) => `${chance}. Fast so viel wie ${pairs.map(([name, names]) => `${effect(name)} erklärt ${either(names)}`).join(", wie ")}, aber mit einer Chance von unter eins zu einer Million: Diese Läufe unterscheiden sie.`,
     limit: (least, most, unit, isGyro) => `${least} bis ${most} ${unit} bei ${isGyro ? "einer Drehrate" : "einer Beschleunigung"}`,
     none: (limits) => (limits.length === 0 ? "Effekte, die kleiner sind als die Streuung dieser Läufe, können unbemerkt da sein."
       : `Kleinere Effekte können unbemerkt da sein: In der Hälfte solcher Kampagnen würde einer benannt ab ${limits.join(", ab ")}.`),

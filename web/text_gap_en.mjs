@@ -93,6 +93,7 @@ export const text = {
     alone: (chance) => `${chance}, and no other known effect explains it nearly as well.`,
     /** `doubts`: [name, names of rivals] */
     rivals: (chance, doubts) => `${chance}; but ${doubts.map(([name, names]) => `${either(names)} explains nearly as much as ${effect(name)}`).join(", and ")}: these runs do not surely tell them apart.`,
+    decided: (chance, pairs) => `${chance}. ${pairs.map(([name, names]) => `${either(names)} explains nearly as much as ${effect(name)}`).join(", and ")}, but the odds are below one to a million: these runs tell them apart.`,
     limit: (least, most, unit, isGyro) => `${least} to ${most} ${unit} in ${isGyro ? "a gyro" : "an accelerometer"}`,
     none: (limits) => (limits.length === 0 ? "Smaller effects than these runs scatter may be there unseen."
       : `Smaller effects may be there unseen: one would be named in half of such campaigns from ${limits.join(", from ")}.`),

@@ -353,17 +353,11 @@ double heading_on_fixture(const calib::Vector3& up, const calib::Vector3& axis) 
   return std::atan2(-dot(axis, left), dot(axis, forward)) * base::kDegPerRad;
 }
 
-/// A serial port that something else owns already.
+/// An address that something else has already.
 struct SharedPort {
   std::string section;  ///< of the configuration: "fixture", "power", "slot"
-  std::string text;     ///< for people: which port, of whom, and whose it is
+  std::string text;     ///< for people: which address, of whom, and whose it is
 };
-
-/// The serial port that a controller is at; nothing where it has another link.
-std::optional<std::string> port_of(const hal::DeviceMap& map) {
-  const auto* serial = std::get_if<hal::SerialAddress>(&map.link.address);
-  return serial ? std::optional(serial->device) : std::nullopt;
-}
 
 std::vector<std::pair<std::string, hal::DeviceMap>> controllers_of(const StationConfig& config) {
   std::vector<std::pair<std::string, hal::DeviceMap>> controllers = {{"chamber", config.chamber}};
@@ -372,25 +366,33 @@ std::vector<std::pair<std::string, hal::DeviceMap>> controllers_of(const Station
   return controllers;
 }
 
-/// Everything that claims a serial port which chamber, fixture or power has: requests of the one would run into the
-/// answers of the other. Two slots at one port are not among them.
+/// What makes two addresses one, whatever else stands in them: the serial port, or host and port; empty for others.
+template <class Address>
+std::string place_of(const Address& address) {
+  if (const auto* serial = std::get_if<hal::SerialAddress>(&address)) return serial->device;
+  const auto* tcp = std::get_if<hal::TcpAddress>(&address);
+  return tcp ? fmt::format("{}:{}", tcp->host, tcp->port) : std::string();
+}
+
+/// Everything at an address that chamber, fixture or power has: requests of the one would run into the answers of the
+/// other, and what is meant for a unit would reach a controller. Several controllers behind one gateway (Modbus TCP)
+/// may have its address; two slots at one are not among them.
 std::vector<SharedPort> shared_ports(const StationConfig& config) {
   std::map<std::string, std::string> owners;
   std::vector<SharedPort> shared;
   for (const auto& [section, map] : controllers_of(config)) {
-    const auto port = port_of(map);
-    if (!port || port->empty()) continue;
-    const auto [owner, is_new] = owners.try_emplace(*port, section);
-    if (is_new) continue;
-    shared.push_back({section, fmt::format("the serial port '{}' of the {} is already used by the {}", *port, section,
-                                           owner->second)});
+    const std::string place = place_of(map.link.address);
+    if (place.empty() || owners.try_emplace(place, section).second) continue;
+    if (!std::holds_alternative<hal::SerialAddress>(map.link.address)) continue;
+    shared.push_back({section, fmt::format("the serial port '{}' of the {} is already used by the {}", place, section,
+                                           owners.at(place))});
   }
   for (const Slot& slot : config.slots) {
-    const auto* serial = std::get_if<hal::SerialAddress>(&slot.address);
-    const auto owner = serial ? owners.find(serial->device) : owners.end();
+    const std::string place = place_of(slot.address);
+    const auto owner = place.empty() ? owners.end() : owners.find(place);
     if (owner == owners.end()) continue;
-    shared.push_back({"slot", fmt::format("the serial port '{}' of slot {} is already used by the {}", serial->device,
-                                          slot.name, owner->second)});
+    shared.push_back({"slot", fmt::format("the address '{}' of slot {} is already that of the {}", place, slot.name,
+                                          owner->second)});
   }
   return shared;
 }

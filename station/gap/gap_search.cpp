@@ -20,6 +20,7 @@
 #include "calib/model/model_document.h"
 #include "db/run/run_file.h"
 #include "station/fit/fit_unit.h"
+#include "station/lab/run_recorder.h"
 #include "station/runs/recording_reader.h"
 #include "station/runs/still_segment.h"
 
@@ -37,6 +38,14 @@ std::optional<double> start_utc_s(const calib::Recording& recording) {
   }
   if (starts.empty()) return std::nullopt;
   return base::median(starts);
+}
+
+/// The runs that have no time of their own begin when the station says.
+void add_times_of_the_station(calib::gap::LoggedCampaign& logged, const std::vector<db::RunInfo>& infos) {
+  const auto begun = begun_utc_s(infos);
+  for (std::size_t i = 0; i < logged.runs.size(); ++i) {
+    if (!logged.runs[i].start_utc_s) logged.runs[i].start_utc_s = begun[i];
+  }
 }
 
 base::Status look_at_samples(const db::RunFileReader& file, const std::string& unit,
@@ -102,11 +111,23 @@ std::optional<calib::gap::InstabilityAtRest> instability_of(const nlohmann::json
 
 }  // namespace
 
+std::vector<std::optional<double>> begun_utc_s(const std::vector<db::RunInfo>& runs) {
+  const auto of_station = [](const db::RunInfo& run) { return run.source == kRunSource; };
+  const auto first = std::ranges::find_if(runs, of_station);
+  std::vector<std::optional<double>> begun(runs.size());
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    if (!of_station(runs[i]) || runs[i].clock_rate != first->clock_rate) continue;
+    begun[i] = first->created_utc_s + (runs[i].created_utc_s - first->created_utc_s) * first->clock_rate;
+  }
+  return begun;
+}
+
 base::Result<calib::gap::LoggedCampaign> with_logs(const db::Catalog& catalog, calib::UnitInput input,
                                                    bool with_samples) {
   calib::gap::LoggedCampaign logged;
   logged.unit = input.unit;
   logged.type = input.type;
+  std::vector<db::RunInfo> infos;
   const auto rows = catalog.runs({.unit = input.unit, .campaign = {}, .run = {}});
   if (!rows) return base::forward_error(rows);
   for (calib::RunInput& run : input.runs) {
@@ -128,7 +149,9 @@ base::Result<calib::gap::LoggedCampaign> with_logs(const db::Catalog& catalog, c
     entry.run = std::move(run);
     entry.run.site = calib::with_reference_gravity(entry.run.site, input.references);
     logged.runs.push_back(std::move(entry));
+    infos.push_back(file->info());
   }
+  add_times_of_the_station(logged, infos);
   calib::gap::refine_logs(logged);
   return logged;
 }

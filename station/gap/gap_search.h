@@ -13,6 +13,11 @@
 
 namespace soak::station {
 
+/// Unix time at which each run began, on the clock of the laboratory: that of a simulated one goes `clock_rate` times
+/// as fast from the first run on. Nothing for runs that soakd did not record, whose files were made later, and for
+/// those of another clock rate than the first.
+[[nodiscard]] std::vector<std::optional<double>> begun_utc_s(const std::vector<db::RunInfo>& runs);
+
 /// The runs of `input`, each with what its file logged between the segments; `with_samples`: samples are looked at for
 /// what means do not show, sensor by sensor. Fails (corrupt) where a run file cannot be read.
 [[nodiscard]] base::Result<calib::gap::LoggedCampaign> with_logs(const db::Catalog& catalog, calib::UnitInput input,

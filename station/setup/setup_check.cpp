@@ -105,6 +105,12 @@ bool is_same_port(const std::optional<std::string>& a, const std::optional<std::
   return *a == *b || std::filesystem::equivalent(*a, *b, failure);
 }
 
+/// Whether both are at one place: one serial port, or one port of one host.
+bool is_same_place(const EnteredAddress& a, const EnteredAddress& b) {
+  if (a.device || b.device) return is_same_port(a.device, b.device);
+  return !a.host.empty() && a.host == b.host && a.port.value_or(kModbusPort) == b.port.value_or(kModbusPort);
+}
+
 /// Never takes the place of another file; the error number. Folders on memory cards know no hard links, those of some
 /// servers no such rename: one of the two works.
 int give_new_name(const std::filesystem::path& from, const std::filesystem::path& to) {
@@ -154,10 +160,10 @@ base::Result<std::vector<Slot>> entered_slots(const SetupForm& form) {
 
 base::Status refuse_shared_ports(const SetupForm& form) {
   for (std::size_t i = 0; i < form.slots.size(); ++i) {
-    const auto& port = form.slots[i].address.device;
-    const bool is_chambers = is_same_port(port, form.chamber.address.device);
-    if (!is_chambers && !(form.fixture && is_same_port(port, form.fixture->address.device))) continue;
-    return refused_first({fmt::format("slots.{}.device", i),
+    const EnteredAddress& address = form.slots[i].address;
+    const bool is_chambers = is_same_place(address, form.chamber.address);
+    if (!is_chambers && !(form.fixture && is_same_place(address, form.fixture->address))) continue;
+    return refused_first({fmt::format("slots.{}.{}", i, address.device ? "device" : "port"),
                           fmt::format("the {} is at this port: nothing is sent there that is meant for a unit",
                                       is_chambers ? "chamber" : "fixture")});
   }

@@ -10,6 +10,7 @@
 
 #include "hal/maps/device_map.h"
 #include "settings/reader.h"
+#include "station/setup/setup_form.h"
 
 namespace soak::station {
 namespace {
@@ -17,7 +18,6 @@ namespace {
 using nlohmann::json;
 namespace fs = std::filesystem;
 
-constexpr int kModbusPort = 502;
 constexpr int kUsualBaud = 9600;
 
 /// What is in a folder, in the order of names; a folder that is not there is empty.

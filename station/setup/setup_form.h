@@ -8,6 +8,9 @@
 
 namespace soak::station {
 
+/// Port of a Modbus controller for which none is entered.
+inline constexpr int kModbusPort = 502;
+
 /// Where a device is reached, as somebody has entered it. What is absent the configuration says by default.
 struct EnteredAddress {
   std::optional<std::string> device;  ///< a serial port; absent = over TCP

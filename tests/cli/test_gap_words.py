@@ -125,9 +125,20 @@ class Words(SoakTest):
         what, sure, following = self.first_three(lines)
         effect = document["effects"][0]
         self.assertTrue(effect["confusable_with"], effect)
+        self.assertGreater(max(effect["odds"].values()), 1e-6)
         self.assert_holds(what, effect["name"], effect["magnitude"]["unit"])
         self.assert_holds(sure, effect["name"], *effect["confusable_with"])
         self.assert_holds(following, effect["next_experiment"], FIND)
+
+    def test_of_a_name_whose_rivals_are_out_they_advise_to_accept(self):
+        self.campaign(508, "g_sensitivity", magnitude=2.4)
+        document, lines = self.found()
+        what, sure, following = self.first_three(lines)
+        effect = document["effects"][0]
+        self.assertTrue(effect["confusable_with"], effect)
+        self.assertLess(max(effect["odds"].values()), 1e-6)
+        self.assert_holds(sure, effect["name"], *effect["confusable_with"])
+        self.assert_holds(following, "soak gap accept --unit SN1")
 
     def test_of_nothing_they_hold_what_could_be_there_unseen(self):
         self.campaign(700)

@@ -349,6 +349,17 @@ TEST_F(StationConfigFile, ASerialPortHasOneOwner) {
                              {"'/dev/ttyUSB1'", "slot A", "power"}));
 }
 
+TEST_F(StationConfigFile, NoSlotIsAtTheNetworkAddressOfAController) {
+  const auto slot = [](const char* host, int port) {
+    return fmt::format("[[slot]]\nname = \"A\"\nhost = \"{}\"\nport = {}\npower_output = 1\n", host, port);
+  };
+  const std::string devices =
+      "[chamber]\nmap = \"procedures/chambers/watlow-f4t.toml\"\nhost = \"10.0.0.5\"\nport = 502\nunit = 1\n"
+      "[power]\nmap = \"procedures/power/modbus-relay.toml\"\nhost = \"10.0.0.5\"\nport = 502\nunit = 2\n";
+  EXPECT_TRUE(read(devices + slot("10.0.0.5", 4001))) << "two controllers behind one gateway";
+  EXPECT_TRUE(base::mentions(refusal(devices + slot("10.0.0.5", 502)), {"'10.0.0.5:502'", "slot A", "chamber"}));
+}
+
 TEST_F(StationConfigFile, UsbHubsAreNamedByTheirSockets) {
   const std::string slot = "[[slot]]\nname = \"1\"\nhost = \"h\"\nport = 7\npower_output = 102\n";
   const auto power = [&](const std::string& hubs) {

@@ -383,7 +383,7 @@ class Page(BrowserTest, WithStation):
 
     def test_what_is_carried_is_not_accepted_again(self):
         self.go("events", "return document.querySelector('#audit tbody tr')")
-        effects = [{"name": name, "next_experiment": None, "confusable_with": []} for name in ("sensor_lag", "cross_axis")]
+        effects = [{"name": name, "next_experiment": None, "confusable_with": [], "odds": {}} for name in ("sensor_lag", "cross_axis")]
         said = [self.browser.run("const given = arguments; return import('/gap_words.mjs').then((words) => words.gapNextOf(...given).join(''))",
                                  {"verdict": "named", "effects": effects}, carried)
                 for carried in ([], ["sensor_lag"], ["sensor_lag", "cross_axis"])]
@@ -393,8 +393,9 @@ class Page(BrowserTest, WithStation):
 
     def test_what_asks_for_an_experiment_first_is_not_to_be_accepted_next(self):
         self.go("events", "return document.querySelector('#audit tbody tr')")
-        effects = [{"name": "sensor_lag", "next_experiment": "a slower ramp", "confusable_with": ["moisture"]}]
-        for carried, accepts in (([], False), (["sensor_lag"], True)):
+        effects = [{"name": "sensor_lag", "next_experiment": "a slower ramp", "confusable_with": ["moisture"], "odds": {"moisture": 0.02}}]
+        decided = [effects[0] | {"odds": {"moisture": 4e-9}}]
+        for effects, carried, accepts in ((effects, [], False), (effects, ["sensor_lag"], True), (decided, [], True)):
             said = self.browser.run("""const given = arguments; return import('/gap_words.mjs').then((words) => [words.acceptsNext(...given), words.gapNextOf(...given).map((part) => part.english ?? part).join("")])""",
                                     {"verdict": "named", "effects": effects}, carried)
             self.assertEqual(said[0], accepts)
@@ -415,11 +416,14 @@ class Page(BrowserTest, WithStation):
 
     def test_three_sentences_stand_first_whatever_the_verdict(self):
         self.go("events", "return document.querySelector('#audit tbody tr')")
-        lag = {"name": "sensor_lag", "magnitude": {"value": 312, "unit": "s"}, "shape": "", "sensors": ["gyro_x"], "confusable_with": ["moisture"],
+        lag = {"name": "sensor_lag", "magnitude": {"value": 312, "unit": "s"}, "shape": "", "sensors": ["gyro_x"], "confusable_with": ["moisture"], "odds": {"moisture": 0.02},
                "next_experiment": "a slower ramp", "evidence": {"p_adjusted": 1e-9}}
         what, sure, following = self.told(self.report("named", effects=[lag]))
         for wanted, line in (("312 s", what), ("gyro x", what), ("thermometer", what), ("sensor lag", sure), ("moisture", sure), ("a slower ramp", following)):
             self.assertIn(wanted, line)
+        _, sure, following = self.told(self.report("named", effects=[lag | {"odds": {"moisture": 4e-9}}]))
+        self.assertIn("these runs tell them apart", sure)
+        self.assertIn("Accept it", following)
         what, sure, following = self.told(self.report("none"))
         self.assertIn("1.0 m°/s", sure)
         self.assertTrue(what and following)

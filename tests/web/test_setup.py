@@ -95,7 +95,9 @@ class Interface(WithStation):
                                          "decoder", "unit_type", "mail.host", "mail.from", "mail.to"})
         self.assertIn("9600", mistakes["chamber.baud"])
         _, mistakes = self.checked(form(slots=[{"name": "1", "device": "/dev/ttyUSB7"}], chamber={"map": "watlow-f4t.toml", "device": "/dev/ttyUSB7"}))
-        self.assertIn("already used by the chamber", mistakes["slots.0"])
+        self.assertIn("chamber", mistakes["slots.0"])
+        _, mistakes = self.checked(form(slots=[{"name": "1", "host": "127.0.0.1", "port": 1502}], chamber={"map": "watlow-f4t.toml", "host": "127.0.0.1", "port": 1502}))
+        self.assertIn("chamber", mistakes["slots.0"])
 
     def test_a_hostile_value_makes_no_key(self):
         for path in ("setup/check", "setup/write"):
@@ -148,6 +150,11 @@ class Interface(WithStation):
             body = form(**{section: controller}, slots=[{"name": "1", "host": "127.0.0.1", "port": 4001}, {"name": "2", "device": str(other)}])
             status, where, message = self.refused("setup/look", body)
             self.assertEqual((status, where), (400, "slots.1.device"))
+            self.assertIn(section, message)
+        devices = {"chamber": {"map": "watlow-f4t.toml", "host": "127.0.0.1"}, "fixture": {"map": "modbus-positioner.toml", "host": "127.0.0.1", "port": 502}}
+        for section, controller in devices.items():
+            status, where, message = self.refused("setup/look", form(**{section: controller}, slots=[{"name": "1", "host": "127.0.0.1", "port": 502}]))
+            self.assertEqual((status, where), (400, "slots.0.port"))
             self.assertIn(section, message)
 
     def test_while_a_device_is_asked_no_other_question_waits_for_it(self):
