@@ -140,6 +140,7 @@ class SetupPage {
     say($("text"), check?.text ?? "");
     const good = check !== null && faults.length === 0;
     show($("good"), good);
+    show($("no-gravity"), !this.#form.knowsGravity);
     $("write").disabled = !good;
   }
 
@@ -179,7 +180,7 @@ class SetupPage {
   #notTried(section, error) {
     const controller = this.#form[section];
     $(`${section}-answer`).replaceChildren();
-    if (error.where === section) controller.address.where.tell(english(error.message));
+    if (error.where === section) controller.address.tellNoAnswer(english(error.message));
     else this.#refused(error);
     if (error.where) controller.all.find(({ input }) => input.hasAttribute("aria-invalid"))?.input.focus();
   }
@@ -230,6 +231,8 @@ class SetupPage {
 
   async #end() {
     this.#isSetUp = true;
+    const user = this.#form.user.value;
+    if (user !== "") localStorage.setItem("soak-user", user); // as the station's page keeps it
     forgetKept();
     for (const node of [$("form"), $("steps"), $("intro")]) show(node, false);
     show($("done"), true);
