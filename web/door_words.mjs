@@ -56,6 +56,12 @@ function endOfRunText(status, plan) {
   return plannedText(status, plan, end < 0 ? -1 : end + 1, isLast ? T.door.later : T.door.betweenRuns);
 }
 
+/** Which plateau it will be, where the plan cannot say when. On the way back it is not known what comes: that plateau may be behind it. */
+function unplannedText({ campaign, prompt, state }, temp) {
+  if (campaign.on_way_back && ["preflight", "running", "waiting"].includes(state)) return T.door.wayBack;
+  return temp !== "" && prompt && state === "waiting" ? T.door.pauseNext(temp) : "";
+}
+
 /** How the fixture is turned that somebody is asked to turn behind a closed door. */
 const turnsText = ({ prompt }) => (["position", "heading"].includes(prompt?.code ?? "") ? T.door.turnClosed : "");
 
@@ -74,9 +80,7 @@ function opensText(status, plan) {
   const plateau = plan.steps.findIndex((step, i) => i > campaign.step && step.run === run && step.kind === "record" && isSafe(step.temp_c));
   const temp = plateau < 0 ? "" : setTemperature(plan.steps[plateau].temp_c);
   const planned = plannedText(status, plan, plateau, (time, span) => T.door.pauseAt(temp, time, span));
-  // On the way back to a visit, and while somebody is waited for, the plan knows which plateau, but not when.
-  const pauses = planned || (plateau >= 0 && isActive(status) && status.state !== "stopping" ? T.door.pauseNext(temp) : "");
-  return `${turnsText(status)}${pauses}${endOfRunText(status, plan)}`;
+  return `${turnsText(status)}${planned || unplannedText(status, temp)}${endOfRunText(status, plan)}`;
 }
 
 /**

@@ -242,6 +242,7 @@ export const text = {
     later: (time, span) => ` Ohne Pause darf sie geöffnet werden, wenn die Kampagne beendet ist, ${time} (in ${span}).`,
     betweenRuns: (time, span) => ` Am Ende dieses Laufs, ${time} (in ${span}), sind die Prüflinge warm: dann „Pausieren“ drücken, der nächste Lauf beginnt von selbst.`,
     pauseNext: (temp) => ` Zum Öffnen beim nächsten Plateau von ${temp} °C „Pausieren“ drücken und auf die grüne Lampe warten.`,
+    wayBack: " Sobald die Kampagne wieder dort ist, wo sie stand, steht hier, wann sie geöffnet werden kann.",
     turnClosed: " Die Vorrichtung bei geschlossener Tür drehen: durch die Durchführung der Kammer, mit ihrem Handschuh oder einer Welle.",
     pauseAt: (temp, time, span) => ` Zum Öffnen bei ${temp} °C „Pausieren“ drücken, ab ${time} (in ${span}), und auf die grüne Lampe warten.`,
     waitHere: " Auf die grüne Lampe warten: Dieser Sollwert ist ungefährlich.",

@@ -164,6 +164,7 @@ export const text = {
     later: (time, span) => ` Safe without a pause when the campaign is over, ${time} (in ${span}).`,
     betweenRuns: (time, span) => ` At the end of this run, ${time} (in ${span}), the units are warm: press Pause then, the next run begins by itself.`,
     pauseNext: (temp) => ` To open it, press Pause at the next plateau of ${temp} °C, and wait for the green lamp.`,
+    wayBack: " Once the campaign is back where it stopped, it stands here when to open it.",
     turnClosed: " Turn the fixture with the door closed: through the chamber's port, with its glove or a shaft.",
     pauseAt: (temp, time, span) => ` To open it, press Pause at ${temp} °C, from ${time} (in ${span}), and wait for the green lamp.`,
     waitHere: " Wait for the green lamp: this set point is safe.",
