@@ -12,6 +12,8 @@ document.title = S.page;
 const { SetupForm, STEPS } = await import("./setup_form.mjs");
 const { showSurvey } = await import("./setup_answer.mjs");
 const { forgetKept, keep, takeKept } = await import("./setup_kept.mjs");
+const { connectHelp } = await import("./setup_help.mjs");
+connectHelp();
 
 const AGAIN_MS = 500;
 const PATIENCE_MS = 30_000;

@@ -33,7 +33,7 @@ export const text = {
   notANumber: "Bitte eine Zahl eingeben.",
   chamber: {
     title: "Welche Temperaturkammer?",
-    about: "Wählen Sie den Regler Ihrer Kammer und geben Sie an, wie er angeschlossen ist. Steht Ihrer nicht in der Liste? Nehmen Sie keinen anderen: Er bekäme falsche Befehle. Dann kann die Station hier nicht eingerichtet werden. Legen Sie für Ihren Regler eine Beschreibung an (wie, steht in docs/hardware.md von Soak), und schreiben Sie die Konfiguration mit einem Editor.",
+    about: "Wählen Sie den Regler Ihrer Kammer und geben Sie an, wie er angeschlossen ist. Steht Ihrer nicht in der Liste? Nehmen Sie keinen anderen: Er bekäme falsche Befehle. Dann kann die Station hier nicht eingerichtet werden. Legen Sie für Ihren Regler eine Beschreibung an (wie, steht in der Anleitung unter Hardware), und schreiben Sie die Konfiguration mit einem Editor.",
   },
   try: {
     button: "Ausprobieren",
@@ -59,7 +59,7 @@ export const text = {
   },
   units: {
     title: "Welche Prüflinge, und wo?",
-    about: "Ein Eintrag für jeden Platz auf der Vorrichtung. Die Prüflinge werden von Hand geschaltet, wenn die Station darum bittet. Eine Versorgung oder ein Relais, das sie schaltet, wird später in die Datei eingetragen ([power] in docs/station-config.md von Soak).",
+    about: "Ein Eintrag für jeden Platz auf der Vorrichtung. Die Prüflinge werden von Hand geschaltet, wenn die Station darum bittet. Eine Versorgung oder ein Relais, das sie schaltet, wird später in die Datei eingetragen ([power], in der Anleitung unter Konfiguration).",
     type: "Typ der Prüflinge",
     decoder: "Protokoll",
     decoders: { xsens: "Xsens MTi", vectornav: "VectorNav", ahrs400: "Crossbow AHRS400" },
@@ -96,7 +96,7 @@ export const text = {
     from: "Absender",
     to: "Empfänger",
     toHint: "Eine oder mehrere Adressen, durch Kommas getrennt",
-    password: "Verlangt Ihr Mailserver ein Passwort? Lassen Sie die E-Mail jetzt weg. Wie sie in die Datei eingetragen wird, steht in der Hilfe auf der Seite der Station unter Alarms (docs/alarms.md von Soak).",
+    password: "Verlangt Ihr Mailserver ein Passwort? Lassen Sie die E-Mail jetzt weg. Wie sie in die Datei eingetragen wird, steht in der Anleitung unter Alarme.",
   },
   file: {
     title: "Prüfen und schreiben",
@@ -109,6 +109,10 @@ export const text = {
     use: "Damit weitermachen",
     starting: "Die Konfiguration ist da. Die Station startet …",
     slow: "Die Station antwortet noch nicht. Warum, steht in ihrem Protokoll: journalctl -u soakd, oder im Terminal, in dem Sie sie gestartet haben.",
+  },
+  help: {
+    title: "Anleitung", close: "Schließen", english: "Die Anleitung ist auf Englisch.", simulator: "Anleitung: Ohne Labor ausprobieren", hardware: "Anleitung: Hardware", config: "Anleitung: Konfiguration", alarms: "Anleitung: Alarme",
+    noAnswer: "Diese Seite der Anleitung lässt sich jetzt nicht lesen: Läuft soakd?",
   },
   noAnswer: "Die Station antwortet nicht: Läuft soakd?",
   already: "Diese Station ist schon eingerichtet.",

@@ -32,7 +32,7 @@ export const text = {
   notANumber: "Please enter a number.",
   chamber: {
     title: "Which chamber?",
-    about: "Choose the controller of your chamber and say how it is connected. Is yours not in the list? Do not take another one: it would be given wrong commands. Then the station cannot be set up here. Write a map for your controller (docs/hardware.md of Soak says how), and the configuration with an editor.",
+    about: "Choose the controller of your chamber and say how it is connected. Is yours not in the list? Do not take another one: it would be given wrong commands. Then the station cannot be set up here. Write a map for your controller (the guide says how, under Hardware), and the configuration with an editor.",
   },
   try: {
     button: "Try it",
@@ -58,7 +58,7 @@ export const text = {
   },
   units: {
     title: "Which units, and where?",
-    about: "One entry for each place on the fixture. The units are switched on and off by hand, when the station asks for it. A supply or relay that switches them is added to the file later ([power] in docs/station-config.md of Soak).",
+    about: "One entry for each place on the fixture. The units are switched on and off by hand, when the station asks for it. A supply or relay that switches them is added to the file later ([power], in the guide under Station configuration).",
     type: "Type of the units",
     decoder: "Protocol",
     decoders: { xsens: "Xsens MTi", vectornav: "VectorNav", ahrs400: "Crossbow AHRS400" },
@@ -95,7 +95,7 @@ export const text = {
     from: "Sender",
     to: "Receivers",
     toHint: "One or more addresses, with commas between them",
-    password: "Does your mail server want a password? Leave the mail out now. How to add it to the file is in the Help of the station's page, under Alarms (docs/alarms.md of Soak).",
+    password: "Does your mail server want a password? Leave the mail out now. How to add it to the file stands in the guide, under Alarms.",
   },
   file: {
     title: "Check and write",
@@ -108,6 +108,10 @@ export const text = {
     use: "Go on with it",
     starting: "The configuration is there. The station starts…",
     slow: "The station does not answer yet. Its log says why: journalctl -u soakd, or the terminal in which you started it.",
+  },
+  help: {
+    title: "Guide", close: "Close", english: "The guide is in English.", simulator: "Guide: Try it without a laboratory", hardware: "Guide: Hardware", config: "Guide: Station configuration", alarms: "Guide: Alarms",
+    noAnswer: "This page of the guide cannot be read now: is soakd running?",
   },
   noAnswer: "The station does not answer: is soakd running?",
   already: "This station is set up already.",

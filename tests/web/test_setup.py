@@ -435,6 +435,17 @@ class OnThePage(WithStation):
         self.assertEqual(self.browser.run("return document.querySelector('#user').value"), "Eva", "who has set it up works at it now")
         self.browser.run("localStorage.clear()")
 
+    def test_the_guide_opens_beside_what_was_entered(self):
+        self.enter_chamber(5020)
+        self.browser.click("[data-help='hardware']")
+        self.see("#help-page", "register map")
+        self.browser.click("#help-page nav a[href='#help=alarms']")
+        self.see("#help-page", "Alarms that reach a person")
+        self.browser.click("#help form button")
+        self.browser.wait("return !document.querySelector('#help').open")
+        self.assertEqual(self.browser.run("return document.querySelector('#chamber-port').value"), "5020")
+        self.assertEqual(self.browser.console(), [])
+
     def test_a_place_that_is_not_known_is_said_with_what_it_costs(self):
         self.go_to("file")
         self.see("#no-gravity", "0.3 %")
