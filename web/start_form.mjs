@@ -5,7 +5,7 @@ import { get, post, send } from "./api.mjs";
 import { $, element, say, show, tell } from "./dom.mjs";
 import { timeOfDay } from "./format.mjs";
 import { safeToOpen } from "./door_words.mjs";
-import { NO_UNIT, procedureText, reviewLines, unknownUnits } from "./start_words.mjs";
+import { IN_SLOTS, procedureText, reviewLines, unknownUnits } from "./start_words.mjs";
 import { T } from "./text.mjs";
 import { isActive, isByHand, now_s } from "./words.mjs";
 
@@ -290,7 +290,8 @@ export class StartForm {
       this.#checks += 1; // an answer that is under way is about what has begun
       clearTimeout(this.#timer);
     } catch (error) {
-      this.#fail(error.where === NO_UNIT ? [T.start.noUnit] : [{ english: error.message }]);
+      const isEmpty = error.where === IN_SLOTS && [...$("start-slots").querySelectorAll("input")].every(({ value }) => !value.trim());
+      this.#fail(isEmpty ? [T.start.noUnit] : [{ english: error.message }]);
       $("start-box").open = true;
     }
     this.#sends = false;

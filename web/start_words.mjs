@@ -4,8 +4,8 @@
 import { number, setTemperature, shortDuration } from "./format.mjs";
 import { T } from "./text.mjs";
 
-/** Where a mistake is that no slot has a serial number. */
-export const NO_UNIT = "--unit";
+/** Where a mistake is about the serial numbers in the slots: also that there is none. */
+export const IN_SLOTS = "--unit";
 const REFERENCES = "references"; // where a mistake is about certificates of the register
 const BYTES_PER_GB = 1e9;
 const BYTES_PER_MB = 1e6;
@@ -75,14 +75,14 @@ export const unknownUnits = ({ mistakes }) => mistakes.map(({ where }) => where.
  * before that their lack is no mistake to tell. `safe`: where people turn the fixture, between which temperatures {from_c, to_c} the door may be opened; null: a machine does.
  */
 export function reviewLines({ procedure, units = [], mistakes, notes = [], disk }, { named, filled, rate, end, safe }) {
-  const told = mistakes.filter(({ where }) => (named || where !== "--name") && (filled || where !== NO_UNIT));
+  const told = mistakes.filter(({ where }) => (named || where !== "--name") && (filled || where !== IN_SLOTS));
   const place = (where) => (where.includes("/") ? ` (${where})` : "");
   const mends = (where) => (where === REFERENCES ? { text: T.start.toRecords, address: "#records" } : undefined);
-  const lines = told.map(({ message, where }) => ({ parts: where === NO_UNIT ? [T.start.noUnit] : [T.start.refused, { english: message }, place(where)], level: "bad", link: mends(where) }));
+  const lines = told.map(({ message, where }) => ({ parts: [T.start.refused, { english: message }, place(where)], level: "bad", link: mends(where) }));
   if (procedure?.description) lines.push({ parts: [{ english: procedure.description.trim() }], level: "note" });
   if (procedure) {
     lines.push({ parts: [`${procedure.name}: ${extentText(procedure)}; ${timeText(procedure, { rate, end })}`], level: told.length > 0 ? "note" : "good" });
-    if (!filled) lines.push({ parts: [T.start.noUnit], level: "note" });
+    if (!filled && units.length === 0) lines.push({ parts: [T.start.noUnit], level: "note" });
     for (const text of safe ? byHandTexts(procedure, safe, rate) : []) lines.push({ parts: [text], level: "reason" });
     if (disk.needed_bytes !== null) lines.push({ parts: [diskText(disk)], level: "note" });
   }
