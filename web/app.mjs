@@ -50,14 +50,22 @@ function lose() {
   say($("lost-since"), heardAt ? timeText(heardAt) : T.lost.nowhere);
   show($("lost"), true);
   for (const id of ["pause", "resume", "next", "abort", "confirm"]) $(id).disabled = true;
+  show($("prompt-inner"), false); // whether it still asks is not known
+  canAsk(false);
   $("door").dataset.lamp = "unknown";
   say($("door-title"), T.door.unknown);
   say($("door-text"), T.lost.door); // what it said last may have come to pass, or not
   if (!status) say($("campaign-name"), T.head.noStation);
 }
 
+/** Whether there is a station to ask: else neither queue nor start can be used. */
+function canAsk(can) {
+  for (const id of ["queue-list", "start-card"]) $(id).inert = !can;
+}
+
 function takeStatus(document) {
   status = document;
+  canAsk(true);
   heardAt = new Date();
   show($("lost"), false);
   const campaign = status.campaign ? `${status.campaign.name} ${status.campaign.started_utc_s}` : "";
@@ -87,7 +95,7 @@ function render() {
   renderCampaign(status, plan);
   renderDoor(status, plan);
   renderChamber(status);
-  renderUnits(status.units);
+  renderUnits(status);
   show($("noise"), status.units.length > 0);
 }
 

@@ -6,7 +6,7 @@ import { $, element, say } from "./dom.mjs";
 import { faceOf, positionText, stableText, unitStateText } from "./face_words.mjs";
 import { count, number, significant } from "./format.mjs";
 import { T } from "./text.mjs";
-import { fixtureText, linkOf } from "./words.mjs";
+import { fixtureText, isActive, linkOf } from "./words.mjs";
 
 const unitCards = new Map(); // serial → card
 
@@ -29,15 +29,20 @@ export function renderChamber(status) {
   say($("chamber-about"), chamber.description);
 }
 
-/** @param {import("./documents.mjs").LiveUnit[]} units */
-export function renderUnits(units) {
+/** Steps in which units are switched on or off. */
+const SWITCHES = ["power_on", "power_off", "turn_fixture"];
+
+/** @param {import("./documents.mjs").Status} status */
+export function renderUnits(status) {
+  const { units, campaign, state } = status;
+  const isOn = isActive(status) && state !== "stopping" && campaign !== null && !SWITCHES.includes(campaign.step_kind);
   const serials = new Set(units.map((unit) => unit.serial));
   for (const [serial, card] of unitCards) {
     if (serials.has(serial)) continue;
     card.remove();
     unitCards.delete(serial);
   }
-  for (const unit of units) renderUnit(unitCards.get(unit.serial) ?? newUnitCard(unit.serial), unit);
+  for (const unit of units) renderUnit(unitCards.get(unit.serial) ?? newUnitCard(unit.serial), unit, isOn);
 }
 
 function newUnitCard(serial) {
@@ -48,12 +53,12 @@ function newUnitCard(serial) {
   return card;
 }
 
-function renderUnit(card, unit) {
+function renderUnit(card, unit, isOn) {
   const part = (name) => card.querySelector(`.${name}`);
   say(part("serial"), unit.serial);
   say(part("slot"), T.unit.slot(unit.slot));
-  say(part("unit-state"), unitStateText(unit));
-  part("unit-state").dataset.state = unit.dropped || unit.state === "failed" ? "failed" : "";
+  say(part("unit-state"), unitStateText(unit, isOn));
+  part("unit-state").dataset.state = unit.dropped || unit.state === "failed" || (unit.state === "closed" && isOn) ? "failed" : "";
   say(part("temp"), number(unit.temp_c, 2));
   say(part("stable"), stableText(unit));
   part("stable").classList.toggle("yes", unit.stable);

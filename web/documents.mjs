@@ -131,7 +131,7 @@
 
 /**
  * @typedef {object} Stored
- * @property {{name: string, unit: string, unit_type: string}[]} slots
+ * @property {{name: string, unit: string, unit_type: string, last_unit: string}[]} slots
  * @property {{serial: string, type: string, runs: number, newest_run_utc_s: number | null}[]} units
  * @property {StoredCampaign[]} campaigns
  */

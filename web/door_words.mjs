@@ -12,6 +12,12 @@ const HOT_C = 50;
 /** A pause is advised where air and units that lie beside the set point are safe, too. */
 const PAUSE_MARGIN_K = 3;
 
+/**
+ * Between which temperatures somebody may open the door.
+ * @param {import("./documents.mjs").Status} status
+ */
+export const safeToOpen = ({ room }) => ({ from_c: room.dew_point_c + DRY_MARGIN_K + PAUSE_MARGIN_K, to_c: HOT_C - PAUSE_MARGIN_K });
+
 /** Coldest and hottest of air and units whose temperature is known. */
 function extremes({ chamber, units }) {
   const known = [chamber.air_c, ...units.map((unit) => unit.temp_c)].filter((value) => value !== null);
@@ -50,20 +56,31 @@ function endOfRunText(status, plan) {
   return plannedText(status, plan, end < 0 ? -1 : end + 1, isLast ? T.door.later : T.door.betweenRuns);
 }
 
+/** Which plateau it will be, where the plan cannot say when. On the way back it is not known what comes: that plateau may be behind it. */
+function unplannedText({ campaign, prompt, state }, temp) {
+  if (campaign.on_way_back && ["preflight", "running", "waiting"].includes(state)) return T.door.wayBack;
+  return temp !== "" && prompt && state === "waiting" ? T.door.pauseNext(temp) : "";
+}
+
+/** How the fixture is turned that somebody is asked to turn behind a closed door. */
+const turnsText = ({ prompt }) => (["position", "heading"].includes(prompt?.code ?? "") ? T.door.turnClosed : "");
+
 /**
  * How a door that is closed because of the temperature can be opened: by a pause at the next plateau of this run that is neither cold nor hot, or at its end.
  * @param {import("./documents.mjs").Status} status
  * @param {import("./documents.mjs").Plan | null} plan
  */
-function opensText(status, plan, dry_c) {
-  const isSafe = (temp_c) => temp_c > dry_c + PAUSE_MARGIN_K && temp_c < HOT_C - PAUSE_MARGIN_K;
+function opensText(status, plan) {
+  const { from_c, to_c } = safeToOpen(status);
+  const isSafe = (temp_c) => temp_c > from_c && temp_c < to_c;
   const { campaign, chamber } = status;
   if (status.state === "paused") return chamber.set_point_c !== null && isSafe(chamber.set_point_c) ? T.door.waitHere : T.door.pausedHere;
-  if (!campaign || !plan) return "";
+  if (!campaign || !plan) return turnsText(status);
   const { run } = plan.steps[campaign.step] ?? {};
   const plateau = plan.steps.findIndex((step, i) => i > campaign.step && step.run === run && step.kind === "record" && isSafe(step.temp_c));
-  const pauses = plannedText(status, plan, plateau, (time, span) => T.door.pauseAt(setTemperature(plan.steps[plateau].temp_c), time, span));
-  return `${pauses}${endOfRunText(status, plan)}`;
+  const temp = plateau < 0 ? "" : setTemperature(plan.steps[plateau].temp_c);
+  const planned = plannedText(status, plan, plateau, (time, span) => T.door.pauseAt(temp, time, span));
+  return `${turnsText(status)}${planned || unplannedText(status, temp)}${endOfRunText(status, plan)}`;
 }
 
 /**
@@ -81,7 +98,7 @@ export function doorOf(status, plan) {
   if (fixture.moving) return no(T.door.moves);
   const { coldest, hottest } = extremes(status);
   const dry_c = room.dew_point_c + DRY_MARGIN_K;
-  const how = opensText(status, plan, dry_c);
+  const how = opensText(status, plan);
   if (coldest <= dry_c) return no(T.door.cold(number(coldest, 0), number(dry_c, 0), dew), how);
   if (hottest >= HOT_C) return no(T.door.hot(number(hottest, 0)), how);
   if (status.resumes_by_itself) return no(T.door.goesOn);

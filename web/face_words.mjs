@@ -7,9 +7,13 @@ import { T } from "./text.mjs";
 /** Degrees from the expected direction within which the station calls a position right (station/lab/position_watch.h). */
 const TILT_DEG = 5;
 
-/** @param {import("./documents.mjs").LiveUnit} unit */
-export function unitStateText(unit) {
+/**
+ * @param {import("./documents.mjs").LiveUnit} unit
+ * @param {boolean} isOn whether the campaign has it switched on now
+ */
+export function unitStateText(unit, isOn) {
   if (unit.dropped) return T.unit.dropped;
+  if (unit.state === "closed" && isOn) return T.unit.noLink;
   return T.unit.states[unit.state] ?? unit.state;
 }
 

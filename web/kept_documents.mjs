@@ -134,7 +134,7 @@
 
 /**
  * @typedef {object} CampaignCheck what POST /api/v1/campaign/check answers
- * @property {{name: string, description: string, purpose: string, runs: number, visits: number, set_points_c: number[], positions: string[], estimate_s: number} | null} procedure
+ * @property {{name: string, description: string, purpose: string, runs: number, visits: number[], turns: number, set_points_c: number[], positions: string[], estimate_s: number} | null} procedure
  * @property {{slot: string, serial: string, type: string}[]} units
  * @property {{needed_bytes: number | null, free_bytes: number | null}} disk
  * @property {{message: string, where: string}[]} mistakes

@@ -12,6 +12,8 @@ document.title = S.page;
 const { SetupForm, STEPS } = await import("./setup_form.mjs");
 const { showSurvey } = await import("./setup_answer.mjs");
 const { forgetKept, keep, takeKept } = await import("./setup_kept.mjs");
+const { connectHelp } = await import("./setup_help.mjs");
+connectHelp();
 
 const AGAIN_MS = 500;
 const PATIENCE_MS = 30_000;
@@ -140,6 +142,7 @@ class SetupPage {
     say($("text"), check?.text ?? "");
     const good = check !== null && faults.length === 0;
     show($("good"), good);
+    show($("no-gravity"), !this.#form.knowsGravity);
     $("write").disabled = !good;
   }
 
@@ -179,7 +182,7 @@ class SetupPage {
   #notTried(section, error) {
     const controller = this.#form[section];
     $(`${section}-answer`).replaceChildren();
-    if (error.where === section) controller.address.where.tell(english(error.message));
+    if (error.where === section) controller.address.tellNoAnswer(english(error.message));
     else this.#refused(error);
     if (error.where) controller.all.find(({ input }) => input.hasAttribute("aria-invalid"))?.input.focus();
   }
@@ -230,6 +233,8 @@ class SetupPage {
 
   async #end() {
     this.#isSetUp = true;
+    const user = this.#form.user.value;
+    if (user !== "") localStorage.setItem("soak-user", user); // as the station's page keeps it
     forgetKept();
     for (const node of [$("form"), $("steps"), $("intro")]) show(node, false);
     show($("done"), true);

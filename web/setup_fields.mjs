@@ -9,6 +9,9 @@ const S = await textsOf("setup");
 
 /** What the server takes in a member that is a number. */
 const WHOLE = /^\d{1,9}$/;
+const DECIMAL = /^[-−]?\d{1,6}([.,]\d{1,9})?$/;
+/** As somebody has typed it, in either language. */
+const decimal = (text) => Number(text.replace(",", ".").replace("−", "-"));
 
 /**
  * @typedef {object} FieldKind
@@ -16,6 +19,7 @@ const WHOLE = /^\d{1,9}$/;
  * @property {string} [hint]
  * @property {string} [list] id of a list that is offered
  * @property {boolean} [whole] a whole number
+ * @property {boolean} [decimal] a number
  * @property {boolean} [needed]
  * @property {string} [value]
  */
@@ -107,6 +111,7 @@ export class Field {
     if (this.node.hidden) return true;
     if (this.#kind.needed && this.value === "") this.tell(S.needed);
     else if (this.#kind.whole && this.value !== "" && !WHOLE.test(this.value)) this.tell(S.notWhole);
+    else if (this.#kind.decimal && this.value !== "" && !DECIMAL.test(this.value)) this.tell(S.notANumber);
     else return true;
     return false;
   }
@@ -115,6 +120,7 @@ export class Field {
   member() {
     const key = this.name.split(".").at(-1);
     if (this.node.hidden || this.value === "") return {};
+    if (this.#kind.decimal) return DECIMAL.test(this.value) ? { [key]: decimal(this.value) } : {};
     if (!this.#kind.whole) return { [key]: this.value };
     return WHOLE.test(this.value) ? { [key]: Number(this.value) } : {};
   }
@@ -142,6 +148,13 @@ export class AddressFields {
 
   get isSerial() {
     return this.way.value === "serial";
+  }
+
+  /** Nobody has answered there: each field that may be wrong is marked. */
+  tellNoAnswer(why) {
+    if (this.isSerial) return this.device.tell(why, ` ${S.try.noAnswerSerial}`);
+    this.host.tell(why, ` ${S.try.noAnswerNetwork}`);
+    this.port.tell(S.try.wrongPort);
   }
 
   /** As people write it. */

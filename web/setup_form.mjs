@@ -10,7 +10,7 @@ import { textsOf } from "./text.mjs";
 /** @type {typeof import("./text_setup_en.mjs").text} */
 const S = await textsOf("setup");
 
-export const STEPS = ["chamber", "fixture", "units", "alarms", "file"];
+export const STEPS = ["chamber", "fixture", "units", "site", "alarms", "file"];
 const MOST_SLOTS = 64;
 /** Ports of mail servers where none is entered (docs/station-config.md). */
 const MAIL_PORTS = { starttls: 587, tls: 465, none: 25 };
@@ -44,8 +44,12 @@ export class SetupForm {
       new Field("mail.host", S.alarms.host, { needed: true }), security, port, new Field("mail.from", S.alarms.from, { needed: true }),
       new Field("mail.to", S.alarms.to, { needed: true, hint: S.alarms.toHint }),
     ];
+    this.site = [
+      new Field("site.latitude_deg", S.site.latitude, { decimal: true, hint: S.site.latitudeHint }), new Field("site.height_m", S.site.height, { decimal: true, hint: S.site.heightHint }),
+      new Field("site.gravity_mps2", S.site.gravity, { decimal: true, hint: S.site.gravityHint }),
+    ];
     this.user = new Field("user", S.file.user);
-    const parts = { "chamber-fields": this.chamber.all, "fixture-kind": [this.kind], "fixture-fields": this.fixture.all, "units-fields": [this.type, this.decoder],
+    const parts = { "chamber-fields": this.chamber.all, "fixture-kind": [this.kind], "fixture-fields": this.fixture.all, "units-fields": [this.type, this.decoder], "site-fields": this.site,
       "mail-wanted": [this.wanted], "mail-fields": this.mail, "user-fields": [this.user] };
     for (const [id, fields] of Object.entries(parts)) $(id).append(...fields.map(({ node }) => node));
     this.kind.input.addEventListener("change", () => show($("fixture-part"), this.#hasFixture));
@@ -115,18 +119,27 @@ export class SetupForm {
       case "chamber": return this.chamber.all;
       case "fixture": return this.#hasFixture ? this.fixture.all : [];
       case "units": return [this.type, this.decoder, ...this.slotFields];
+      case "site": return this.site;
       case "alarms": return this.#hasMail ? this.mail : [];
       default: return [this.user];
     }
   }
 
+  /** Whether gravity will be known: given, or by latitude and height. */
+  get knowsGravity() {
+    const [latitude, , gravity] = this.site.map(({ value }) => value !== "");
+    return gravity || latitude;
+  }
+
   /** The body of POST /api/v1/setup/check. */
   entered() {
     const mail = Object.assign({}, ...this.mail.map((field) => field.member()));
+    const site = Object.assign({}, ...this.site.map((field) => field.member()));
     const to = (mail.to ?? "").split(",").map((address) => address.trim()).filter((address) => address !== "");
     return {
       chamber: this.chamber.entered(),
       ...(this.#hasFixture ? { fixture: this.fixture.entered() } : {}),
+      ...(Object.keys(site).length > 0 ? { site } : {}),
       ...(this.#hasMail ? { mail: { ...mail, to } } : {}),
       unit_type: this.type.value,
       decoder: this.decoder.value,
@@ -136,7 +149,7 @@ export class SetupForm {
 
   /** All fields, each behind those that it follows. */
   get #all() {
-    return [...this.chamber.all, this.kind, ...this.fixture.all, this.type, this.decoder, ...this.slotFields, this.wanted, ...this.mail, this.user];
+    return [...this.chamber.all, this.kind, ...this.fixture.all, this.type, this.decoder, ...this.slotFields, ...this.site, this.wanted, ...this.mail, this.user];
   }
 
   /** What stands in all fields, those that are not seen among them: for fill(). */
@@ -161,7 +174,7 @@ export class SetupForm {
   }
 
   async #askSlots() {
-    const { mail, ...devices } = this.entered();
+    const { mail, site, ...devices } = this.entered();
     return post("setup/look", devices);
   }
 

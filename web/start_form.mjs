@@ -4,9 +4,10 @@
 import { get, post, send } from "./api.mjs";
 import { $, element, say, show, tell } from "./dom.mjs";
 import { timeOfDay } from "./format.mjs";
-import { procedureText, reviewLines, unknownUnits } from "./start_words.mjs";
+import { safeToOpen } from "./door_words.mjs";
+import { IN_SLOTS, procedureText, reviewLines, unknownUnits } from "./start_words.mjs";
 import { T } from "./text.mjs";
-import { isActive, now_s } from "./words.mjs";
+import { isActive, isByHand, now_s } from "./words.mjs";
 
 const OWN_FILE = "own file";
 const CHECK_AFTER_MS = 400;
@@ -40,6 +41,8 @@ export class StartForm {
     document.addEventListener("visibilitychange", () => this.#load());
     // A scanner ends each serial number with Enter: that is not yet the start.
     $("start-look").addEventListener("click", () => this.#lookIntoSlots());
+    $("start-last").addEventListener("click", () => this.#takeLast());
+    $("start-slots").addEventListener("input", () => this.#offerLast());
     $("start-slots").addEventListener("keydown", (event) => this.#nextSlot(event));
   }
 
@@ -58,10 +61,16 @@ export class StartForm {
     say($("start-gives-up"), T.start.givesUp(status.resumable));
   }
 
-  /** A field for each slot of the station, with the unit that its configuration names. */
+  /** A field for each slot of the station, with the unit that its configuration names; those of the last campaign are offered. */
   showSlots(slots) {
-    if (JSON.stringify(slots) === JSON.stringify(this.#slots)) return;
+    const places = (list) => JSON.stringify(list.map(({ name, unit }) => [name, unit]));
+    const known = places(this.#slots);
     this.#slots = slots;
+    if (places(slots) !== known) this.#makeFields(slots);
+    this.#offerLast();
+  }
+
+  #makeFields(slots) {
     const fields = slots.map(({ name, unit }) => {
       const label = element("label", `${T.start.slot(name)} `);
       const input = Object.assign(document.createElement("input"), { type: "text", value: unit, maxLength: 200, autocomplete: "off" });
@@ -72,6 +81,28 @@ export class StartForm {
       return field;
     });
     $("start-slots").replaceChildren(...fields);
+  }
+
+  /** {input, serial} of the empty fields whose slot held a unit in the last campaign. */
+  #lastUnits() {
+    const inputs = [...$("start-slots").querySelectorAll("input")];
+    return this.#slots.map(({ last_unit }, i) => ({ input: inputs[i], serial: last_unit })).filter(({ input, serial }) => serial && !input.value.trim());
+  }
+
+  #offerLast() {
+    const last = this.#lastUnits();
+    show($("start-last"), last.length > 0);
+    say($("start-last"), T.start.last(last.map(({ serial }) => serial).join(", ")));
+  }
+
+  #takeLast() {
+    const last = this.#lastUnits();
+    for (const { input, serial } of last) {
+      input.value = serial;
+      // The form checks what it is filled with now, as if it were typed.
+      input.dispatchEvent(new Event("input", { bubbles: true }));
+    }
+    last[0]?.input.focus();
   }
 
   /** Asks the units themselves, which takes some seconds. */
@@ -116,7 +147,7 @@ export class StartForm {
     await Promise.all([
       this.#ask("procedures", ({ procedures }) => this.#showProcedures(procedures)),
       this.#ask("types", ({ types }) => (this.#types = types.map(({ name }) => name))),
-      this.#slots.length === 0 && this.#ask("stored", ({ slots }) => this.showSlots(slots)),
+      this.#ask("stored", ({ slots }) => this.showSlots(slots)),
     ]);
     this.#checkSoon();
   }
@@ -204,7 +235,7 @@ export class StartForm {
     }
     const { rate } = this.#status.clock;
     const end = (estimate_s) => (this.#wasAtRest ? timeOfDay(now_s(this.#status) + estimate_s / rate, now_s(this.#status)) : null);
-    const asked = { named: Boolean(request.campaign), filled: Object.keys(request.units).length > 0, rate, end };
+    const asked = { named: Boolean(request.campaign), filled: Object.keys(request.units).length > 0, rate, end, safe: isByHand(this.#status) ? safeToOpen(this.#status) : null };
     $("start-review").replaceChildren(...reviewLines(review, asked).map(reviewLine));
     this.#offerUnits(unknownUnits(review));
   }
@@ -259,7 +290,8 @@ export class StartForm {
       this.#checks += 1; // an answer that is under way is about what has begun
       clearTimeout(this.#timer);
     } catch (error) {
-      this.#fail([{ english: error.message }]);
+      const isEmpty = error.where === IN_SLOTS && [...$("start-slots").querySelectorAll("input")].every(({ value }) => !value.trim());
+      this.#fail(isEmpty ? [T.start.noUnit] : [{ english: error.message }]);
       $("start-box").open = true;
     }
     this.#sends = false;

@@ -27,6 +27,12 @@ function atSilentChamber({ state, suspension }) {
   return `${look} Antwortet sie binnen einer Minute, geht es sofort weiter.`;
 }
 
+/** What to do about a unit that is lost; `then`: what becomes of the others, if there are any. */
+function atLostUnit({ units }, then) {
+  const isAnyLeft = units.some(({ dropped, state }) => dropped === null && state !== "failed");
+  return `Kabel und Versorgung prüfen. ${isAnyLeft ? then : "Kein Prüfling ist mehr übrig: Ohne einen kann die Kampagne nicht weiterlaufen."}`;
+}
+
 function wrongFace(who, { about }, status, turn) {
   const { up, expected } = status.units.find(({ serial }) => serial === about).attitude;
   const byHand = status.fixture.description === "by hand";
@@ -49,8 +55,8 @@ const ALARMS = {
   chamber_not_off: () => ({ title: "Die Temperaturkammer schaltet nicht ab", action: `Zur Kammer gehen und Heizung und Kühlung von Hand abschalten. ${CLOSED}` }),
   data_folder: () => ({ title: "Der Datenordner fehlt", action: "Ihn wiederherstellen (ist seine Festplatte eingehängt?) oder soakd neu starten. Vorher beginnt keine Kampagne." }),
   unit_dropped: (alarm, status, who) => ({ title: `${who} wurde ausgelassen: in diesem Lauf nicht aufgezeichnet`,
-    action: "Kabel und Versorgung prüfen. Die anderen Prüflinge laufen weiter, der nächste Lauf versucht es wieder mit ihm." }),
-  unit_failed: (alarm, status, who) => ({ title: `${who} ist ausgefallen`, action: "Kabel und Versorgung prüfen. Die anderen Prüflinge laufen weiter." }),
+    action: atLostUnit(status, "Die anderen Prüflinge laufen weiter, der nächste Lauf versucht es wieder mit ihm.") }),
+  unit_failed: (alarm, status, who) => ({ title: `${who} ist ausgefallen`, action: atLostUnit(status, "Die anderen Prüflinge laufen weiter.") }),
   unit_face: (alarm, status, who, turn) => wrongFace(who, alarm, status, turn),
   campaign_aborted: () => ({ title: "Die Kampagne wurde abgebrochen: Die Station geht in den sicheren Zustand", action: CLOSED }),
   campaign_ended: (alarm, { resumes_by_itself, ending }) => ({ title: "Die Kampagne ist zu Ende: Die Station geht in den sicheren Zustand",
@@ -119,7 +125,7 @@ export const text = {
     before: "Stand der Anzeige:",
     after: "; die Kampagne selbst läuft vielleicht weiter. Ist soakd ausgefallen, steuert niemand die Kammer: hingehen und nachsehen. Neuer Versuch …",
     nowhere: "noch keiner",
-    door: "Es besteht keine Verbindung zu soakd. Ist es ausgefallen, steuert niemand die Kammer, und sie bleibt bei ihrem letzten Sollwert: hingehen und nachsehen. „soak chamber make-safe“ macht sie sicher.",
+    door: "Es besteht keine Verbindung zu soakd. Ist es ausgefallen, steuert niemand die Kammer, und sie bleibt bei ihrem letzten Sollwert: hingehen und nachsehen. „soak chamber make-safe --config station.toml“, mit der Datei der Station, macht sie sicher.",
   },
   roles: {
     viewer: "Dieses Konto sieht alles und ändert nichts",
@@ -161,8 +167,8 @@ export const text = {
     run: "Lauf",
     step: "Schritt",
     left: "Restzeit",
-    leftProcess: "Restzeit des Prozesses",
-    leftHost: (rate) => `Restzeit nach der Uhr (${rate}-fach)`,
+    leftProcess: "Simulierte Restzeit",
+    leftHost: (rate) => `Wirkliche Restzeit (${rate}-mal so schnell)`,
     procedure: "Prüfablauf",
     of: (number, all) => `${number} von ${all}`,
     preflight: "Vorprüfung",
@@ -235,6 +241,9 @@ export const text = {
     dew: (temp) => `Taupunkt des Raums ${temp} °C`,
     later: (time, span) => ` Ohne Pause darf sie geöffnet werden, wenn die Kampagne beendet ist, ${time} (in ${span}).`,
     betweenRuns: (time, span) => ` Am Ende dieses Laufs, ${time} (in ${span}), sind die Prüflinge warm: dann „Pausieren“ drücken, der nächste Lauf beginnt von selbst.`,
+    pauseNext: (temp) => ` Zum Öffnen beim nächsten Plateau von ${temp} °C „Pausieren“ drücken und auf die grüne Lampe warten.`,
+    wayBack: " Sobald die Kampagne wieder dort ist, wo sie stand, steht hier, wann sie geöffnet werden kann.",
+    turnClosed: " Die Vorrichtung bei geschlossener Tür drehen: durch die Durchführung der Kammer, mit ihrem Handschuh oder einer Welle.",
     pauseAt: (temp, time, span) => ` Zum Öffnen bei ${temp} °C „Pausieren“ drücken, ab ${time} (in ${span}), und auf die grüne Lampe warten.`,
     waitHere: " Auf die grüne Lampe warten: Dieser Sollwert ist ungefährlich.",
     pausedHere: " Eine Pause hält diese Temperatur: „Fortsetzen“ drücken, und an einem ungefährlichen Plateau wieder „Pausieren“.",
@@ -315,14 +324,20 @@ export const text = {
     enter: (serial) => `Prüfling ${serial} eintragen als`,
     runs: (count) => plural(count, { one: `${count} Lauf`, other: `${count} Läufe` }),
     visits: (count) => plural(count, { one: `je ${count} Plateau`, other: `je ${count} Plateaus` }),
+    visitsOf: (counts) => `${counts.slice(0, -1).join(", ")} und ${counts.at(-1)} Plateaus`,
     positions: (count) => plural(count, { one: `${count} Lage`, other: `${count} Lagen` }),
     at: (temp) => `bei ${temp} °C`,
     range: (lowest, highest) => `von ${lowest} bis ${highest} °C`,
     takes: (time) => `dauert etwa ${time}`,
-    simulated: (time) => ` (${time} nach der simulierten Uhr)`,
+    simulated: (simulated, real) => `dauert etwa ${simulated} simulierte Zeit, ${real} wirkliche Zeit`,
     ends: (time) => `; Ende bei sofortigem Start: ${time}`,
     writes: (size) => `schreibt etwa ${size}`,
     free: (size) => `; ${size} sind frei`,
+    turns: (count, every) => `Von Hand gedreht: Jemand dreht die Vorrichtung ${count}-mal, etwa alle ${every}, bis zum Ende. Kommt niemand, wartet die Kampagne.`,
+    turnsClosed: (temps, from, to) => `Bei ${temps} °C bei geschlossener Tür drehen: durch die Durchführung der Kammer, mit ihrem Handschuh oder einer Welle. Hat Ihre keine? Dann einen Prüfablauf zwischen ${from} und ${to} °C wählen.`,
+    noUnit: "Noch keine Seriennummer: die von mindestens einem Prüfling eingeben.",
+    noHindrance: "Hindert den Start nicht: ",
+    last: (serials) => `Wie beim letzten Mal: ${serials}`,
     refused: "Abgelehnt: ",
     toRecords: "Den neuen Kalibrierschein eintragen oder das Prüfmittel ausmustern: Prüfmittel",
     holds: (slot, serial, type) => `Steckplatz ${slot}: ${serial}, Typ ${type}`,
@@ -338,7 +353,7 @@ export const text = {
     take: (serial) => `${serial} übernehmen`,
     anonymous: "Sendet Daten, sagt aber nicht, wer er ist: andere Art Prüfling oder andere Baudrate?",
     silent: "Keine Antwort: Ist der Prüfling eingeschaltet?",
-    output: (number) => ` Ausgang ${number}, der ihn speist, wird erst von einer Kampagne eingeschaltet.`,
+    output: (number) => ` Ausgang ${number} speist ihn und wird erst beim Start einer Kampagne eingeschaltet. Bis dahin die Nummer von seinem Schild ablesen; die Kampagne fragt den Prüfling selbst.`,
     failed: "Nicht abzufragen:",
   },
 
@@ -364,6 +379,7 @@ export const text = {
   unit: {
     label: (serial) => `Prüfling ${serial}`,
     slot: (name) => `Steckplatz ${name}`,
+    noLink: "keine Verbindung",
     states: { closed: "aus", silent: "sendet nichts", configuring: "startet", streaming: "an", failed: "ausgefallen" },
     dropped: "ausgelassen: in diesem Lauf nicht aufgezeichnet",
     stable: "✓ stabil",

@@ -2,7 +2,13 @@
 // What the page says, in English. The other languages have the same keys and parameters (text.mjs). What comes from the station itself is
 // English: there its own words are passed on.
 
-import { plural } from "./format.mjs";
+import { plural, sign } from "./format.mjs";
+
+/**
+ * Which unit rests how stands in lines of their own below it.
+ * @param {Record<string, any>} about
+ */
+const positionQuestion = ({ position, wrong }) => `${wrong.length > 0 ? `Not right yet: unit ${wrong.join(", ")}. ` : ""}Turn the fixture so that its ${sign(position)} points up, then confirm.`;
 
 export const text = {
   nav: {
@@ -37,7 +43,7 @@ export const text = {
     before: "What you see is from",
     after: "; the campaign itself may go on. If soakd is dead, nobody drives the chamber: go and look. Trying again…",
     nowhere: "nowhere yet",
-    door: "There is no connection to soakd. If it is dead, nobody drives the chamber, which stays at its last set point: go and look. “soak chamber make-safe” makes it safe.",
+    door: "There is no connection to soakd. If it is dead, nobody drives the chamber, which stays at its last set point: go and look. “soak chamber make-safe --config station.toml”, with the station's own file, makes it safe.",
   },
   roles: {
     viewer: "This account sees everything and changes nothing",
@@ -81,8 +87,8 @@ export const text = {
     run: "Run",
     step: "Step",
     left: "Still to go",
-    leftProcess: "Process time to go",
-    leftHost: (rate) => `Host time to go (rate ${rate})`,
+    leftProcess: "Simulated time to go",
+    leftHost: (rate) => `Real time to go (${rate} times as fast)`,
     procedure: "Procedure",
     of: (number, all) => `${number} of ${all}`,
     preflight: "pre-flight",
@@ -157,6 +163,9 @@ export const text = {
     dew: (temp) => `dew point of the room ${temp} °C`,
     later: (time, span) => ` Safe without a pause when the campaign is over, ${time} (in ${span}).`,
     betweenRuns: (time, span) => ` At the end of this run, ${time} (in ${span}), the units are warm: press Pause then, the next run begins by itself.`,
+    pauseNext: (temp) => ` To open it, press Pause at the next plateau of ${temp} °C, and wait for the green lamp.`,
+    wayBack: " Once the campaign is back where it stopped, it stands here when to open it.",
+    turnClosed: " Turn the fixture with the door closed: through the chamber's port, with its glove or a shaft.",
     pauseAt: (temp, time, span) => ` To open it, press Pause at ${temp} °C, from ${time} (in ${span}), and wait for the green lamp.`,
     waitHere: " Wait for the green lamp: this set point is safe.",
     pausedHere: " A pause holds this temperature: press Resume, and pause again at a plateau where it is safe.",
@@ -191,7 +200,7 @@ export const text = {
     confirm: "Confirm",
     itself: "Confirm by itself once every unit rests so",
     /** @param {NonNullable<import("./documents.mjs").Status["prompt"]>} prompt */
-    asks: (prompt) => prompt.text,
+    asks: (prompt) => (prompt.code === "position" ? positionQuestion(prompt.about) : prompt.text),
     unit: (serial, slot, face) => `${serial}, slot ${slot}: ${face}`,
     isUp: (face) => `${face} is up`,
     /** Behind the line of a unit that is mounted otherwise than the fixture's axes. */
@@ -246,14 +255,20 @@ export const text = {
     enter: (serial) => `Enter unit ${serial} as`,
     runs: (count) => plural(count, { one: `${count} run`, other: `${count} runs` }),
     visits: (count) => plural(count, { one: `${count} visit each`, other: `${count} visits each` }),
+    visitsOf: (counts) => `${counts.slice(0, -1).join(", ")} and ${counts.at(-1)} visits`,
     positions: (count) => plural(count, { one: `${count} position`, other: `${count} positions` }),
     at: (temp) => `at ${temp} °C`,
     range: (lowest, highest) => `from ${lowest} to ${highest} °C`,
     takes: (time) => `takes about ${time}`,
-    simulated: (time) => ` (${time} by the simulated clock)`,
+    simulated: (simulated, real) => `takes about ${simulated} of simulated time, ${real} of real time`,
     ends: (time) => `; started now it ends ${time}`,
     writes: (size) => `writes about ${size}`,
     free: (size) => `; ${size} are free`,
+    turns: (count, every) => `Turned by hand: somebody turns the fixture ${count} times, about every ${every}, until it ends. Where nobody comes, it waits.`,
+    turnsClosed: (temps, from, to) => `At ${temps} °C turn it with the door closed: through the chamber's port, with its glove or a shaft. Has yours none? Then choose a procedure between ${from} and ${to} °C.`,
+    noUnit: "No serial number yet: enter that of at least one unit.",
+    noHindrance: "Does not prevent the start: ",
+    last: (serials) => `As last time: ${serials}`,
     refused: "Refused: ",
     toRecords: "Enter the new certificate, or retire it, under Records",
     holds: (slot, serial, type) => `slot ${slot}: ${serial}, type ${type}`,
@@ -269,7 +284,7 @@ export const text = {
     take: (serial) => `Take ${serial}`,
     anonymous: "Sends data, does not say who it is: another kind of unit, or another baud rate?",
     silent: "No answer: is the unit switched on?",
-    output: (number) => ` A campaign switches output ${number}, which feeds it, on; this look does not.`,
+    output: (number) => ` Output ${number} feeds it, and is switched on only when a campaign starts. Until then read the number on its label; the campaign asks the unit itself.`,
     failed: "Cannot be asked:",
   },
 
@@ -295,6 +310,7 @@ export const text = {
   unit: {
     label: (serial) => `Unit ${serial}`,
     slot: (name) => `slot ${name}`,
+    noLink: "no connection",
     states: { closed: "off", silent: "sends nothing", configuring: "starting", streaming: "on", failed: "failed" },
     dropped: "dropped: not recorded in this run",
     stable: "✓ stable",

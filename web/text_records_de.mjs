@@ -105,7 +105,7 @@ export const text = {
     test: "Testnachricht senden",
     sending: "Wird gesendet …",
     to: { mail: "Mail an", webhook: "Webhook an" },
-    nothingSent: "noch nichts gesendet",
+    nothingSent: "nichts gesendet, seit soakd gestartet wurde",
     lastSent: (time) => `zuletzt gesendet: ${time}`,
     waiting: (count) => plural(count, { one: ", eine Nachricht wartet", other: `, ${count} Nachrichten warten` }),
     lastTest: (time, user) => `Letzte Testnachricht ${time}, von ${user}: `,

@@ -97,7 +97,7 @@ export const text = {
     test: "Send a test",
     sending: "Sending…",
     to: { mail: "Mail to", webhook: "Webhook at" },
-    nothingSent: "nothing sent yet",
+    nothingSent: "nothing sent since soakd was started",
     lastSent: (time) => `last sent ${time}`,
     waiting: (count) => `, ${count} waiting`,
     lastTest: (time, user) => `Last test ${time}, by ${user}: `,

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the views of stored runs say, in German. A channel and a finding are said by their names in the interface; one that is not known here keeps its own.
 
-import { plural } from "./format.mjs";
+import { count, plural } from "./format.mjs";
 
 const AXES = { gyro: "Drehrate", accel: "Beschleunigung", temp: "Temperatur" };
 const CHANNELS = {
@@ -71,8 +71,8 @@ export const text = {
       jeder Messwert ein Punkt.`,
     unknown: "Nicht bekannt: ",
     window: (from, to) => `${from} bis ${to}`,
-    everySample: (rows) => plural(rows, { one: ", ein einziger Messwert", other: `, jeder von ${rows} Messwerten` }),
-    stretches: (rows) => `, ${rows} Messwerte: kleinster, mittlerer und größter jedes Abschnitts`,
+    everySample: (rows) => plural(rows, { one: ", ein einziger Messwert", other: `, jeder von ${count(rows)} Messwerten` }),
+    stretches: (rows) => `, ${count(rows)} Messwerte: kleinster, mittlerer und größter jedes Abschnitts`,
     label: (about) => `Zeitverlauf, ${about}`,
     labelAt: (time, values) => `Zeitverlauf, bei ${time}: ${values}`,
     channel: channelText,

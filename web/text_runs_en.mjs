@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the views of stored runs say, in English (text.mjs): the list, one run with its strip chart and segments, and what becomes void.
 
-import { plural } from "./format.mjs";
+import { count, plural } from "./format.mjs";
 
 export const text = {
   list: {
@@ -51,8 +51,8 @@ export const text = {
       the window, 0 shows the whole run. From far away the band spans the least and the greatest sample, the line is their mean; close up every sample is a dot.`,
     unknown: "Not known: ",
     window: (from, to) => `${from} to ${to}`,
-    everySample: (rows) => `, every one of ${rows} samples`,
-    stretches: (rows) => `, ${rows} samples: least, mean and greatest of each stretch`,
+    everySample: (rows) => `, every one of ${count(rows)} samples`,
+    stretches: (rows) => `, ${count(rows)} samples: least, mean and greatest of each stretch`,
     label: (about) => `Strip chart, ${about}`,
     labelAt: (time, values) => `Strip chart, at ${time}: ${values}`,
     /** A channel as people read it, of its name in the recording: "temp °C", "gyro x". */

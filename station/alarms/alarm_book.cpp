@@ -24,7 +24,7 @@ std::vector<AlarmBook::Entry> AlarmBook::take(const json& alarms, double now_s, 
   std::vector<Entry> entries;
   for (auto place = known_.begin(); place != known_.end();) {
     Known& known = place->second;
-    if (!may_last(place->first.first)) {
+    if (!may_last(place->first.first, place->first.second)) {
       known.was_missed = known.seen_s < now_s;
     } else if (known.is_told && !known.was_missed) {
       known.seen_s = now_s;

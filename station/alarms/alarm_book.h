@@ -37,8 +37,8 @@ class AlarmBook {
     nlohmann::json alarm;  ///< of alarms_of()
   };
 
-  /// Whether an alarm with that code may last though it is not among those that are seen.
-  using MayLast = std::function<bool(std::string_view code)>;
+  /// Whether an alarm with that code, about that, may last though it is not among those that are seen.
+  using MayLast = std::function<bool(std::string_view code, std::string_view about)>;
 
   /// What is to be told now. `alarms`: those of a status document; those that do not call are left out. `now_s`: of a
   /// clock that does not go back. What may last has not ended, unless it was gone already when that began.

@@ -170,17 +170,44 @@ void add_wrong_face(const Seen& seen, const json& unit, const std::string& who, 
                     std::move(action), "", std::nullopt, !turning});
 }
 
+bool is_lost(const json& unit) { return unit.at("dropped").is_string() || unit.at("state") == "failed"; }
+
+bool no_unit_is_left(const Seen& seen) {
+  const json& units = seen.at("/units");
+  return !units.empty() && std::ranges::all_of(units, is_lost);
+}
+
+/// What to do about a lost unit, and what becomes of the others.
+std::string action_at_lost_unit(const Seen& seen, std::string_view then) {
+  return fmt::format("Look at its cable and its supply. {}",
+                     no_unit_is_left(seen) ? "No unit is left: the campaign cannot go on without one." : then);
+}
+
+/// Why a campaign has ended: where that is because no unit is left, with what became of each.
+std::string reason_of_end(const Seen& seen) {
+  std::string reason = seen.text("/reason");
+  if (!no_unit_is_left(seen)) return reason;
+  for (const json& unit : seen.at("/units")) {
+    if (!unit.at("dropped").is_string()) continue;
+    reason += fmt::format("{}{}: {}", reason.empty() ? "" : "; ", unit.at("serial").get<std::string>(),
+                          unit.at("dropped").get<std::string>());
+  }
+  return reason;
+}
+
 void add_units(const Seen& seen, std::vector<Alarm>& alarms) {
+  // The alarm of the campaign's end names them.
+  const bool named_with_end = seen.state == "stopping" && no_unit_is_left(seen);
   for (const json& unit : seen.at("/units")) {
     const std::string serial = unit.at("serial");
     const std::string who = fmt::format("Unit {} in slot {}", serial, unit.at("slot").get<std::string>());
-    if (seen.active && unit.at("dropped").is_string()) {
+    if (seen.active && !named_with_end && unit.at("dropped").is_string()) {
       alarms.push_back({"unit_dropped", serial, kWarning, who + " was dropped: not recorded in this run",
-                        "Look at its cable and its supply. The other units go on, and the next run tries it again.",
+                        action_at_lost_unit(seen, "The other units go on, and the next run tries it again."),
                         unit.at("dropped")});
-    } else if (seen.active && unit.at("state") == "failed") {
-      alarms.push_back({"unit_failed", serial, kAlarm, who + " has failed",
-                        "Look at its cable and its supply. The other units go on."});
+    } else if (seen.active && !named_with_end && unit.at("state") == "failed") {
+      alarms.push_back(
+          {"unit_failed", serial, kAlarm, who + " has failed", action_at_lost_unit(seen, "The other units go on.")});
     }
     add_wrong_face(seen, unit, who, alarms);
   }
@@ -202,7 +229,7 @@ void add_chamber_not_off(const std::string& why, std::vector<Alarm>& alarms) {
 }
 
 void add_stopping(const Seen& seen, const std::string& campaign, std::vector<Alarm>& alarms) {
-  const std::string reason = seen.text("/reason");
+  const std::string reason = reason_of_end(seen);
   const json& ending = seen.at("/ending");
   const bool refuses = ending.is_object() && ending.at("needs_somebody") == true;
   if (refuses && seen.at("/chamber/connected") == true) add_chamber_not_off(reason, alarms);
@@ -214,8 +241,8 @@ void add_stopping(const Seen& seen, const std::string& campaign, std::vector<Ala
     return;
   }
   const bool can_go_on = ending.is_object() && ending.at("outcome") != "aborted";
-  std::string_view action = "Do what is named here, if anything is.";
-  if (can_go_on) action = "Do what is named here, if anything is. Resume continues it once the station is safe.";
+  std::string_view action = "Mend what is named here.";
+  if (can_go_on) action = "Mend what is named here. Resume continues it once the station is safe.";
   // By a soakd that somebody stops, or by the one after it.
   if (ending.is_object() && ending.at("outcome") == "interrupted") {
     action = "Resume continues it once the station is safe. Where soakd was stopped, start it again first.";
@@ -265,7 +292,7 @@ void add_campaign(const Seen& seen, std::vector<Alarm>& alarms) {
                       resumable.empty() ? "Mend what is named here, then start a new campaign."
                                         : "Mend what is named here, then press Resume: it goes on from the plateau "
                                           "before the break.",
-                      seen.text("/reason")});
+                      reason_of_end(seen)});
   } else if (seen.state == "stopping") {
     add_stopping(seen, campaign, alarms);
   } else if (seen.state == "interrupted") {
@@ -297,13 +324,20 @@ json alarms_of(const json& status) {
   add_folder(seen, alarms);
   add_units(seen, alarms);
   add_campaign(seen, alarms);
+  std::ranges::stable_partition(alarms, [](const Alarm& alarm) { return alarm.level == kAlarm; });
   json list = json::array();
   for (const Alarm& alarm : alarms) list.push_back(document_of(alarm));
   return list;
 }
 
-bool may_last_unseen(const json& status, std::string_view code) {
-  return status.at("state") == "paused" && code.starts_with(kWaitsFor);
+bool may_last_unseen(const json& status, std::string_view code, std::string_view about) {
+  const Seen seen{status};
+  if (code.starts_with(kWaitsFor)) return seen.state == "paused";
+  if (code != "unit_dropped" && code != "unit_failed") return false;
+  if (!seen.active || (seen.state == "stopping" && no_unit_is_left(seen))) return true;
+  return std::ranges::any_of(seen.at("/units"), [&](const json& unit) {
+    return unit.at("serial").get_ref<const std::string&>() == about && unit.at("dropped").is_string();
+  });
 }
 
 }  // namespace soak::station

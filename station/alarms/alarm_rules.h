@@ -10,8 +10,9 @@ namespace soak::station {
 /// first. Reads every other member of the document, and nothing else.
 [[nodiscard]] nlohmann::json alarms_of(const nlohmann::json& status);
 
-/// Whether an alarm with that code that is not in the status may last all the same: a campaign that somebody has paused
-/// waits for nothing, whatever has become of the disk or the supply.
-[[nodiscard]] bool may_last_unseen(const nlohmann::json& status, std::string_view code);
+/// Whether an alarm with that code, about that, which is not in the status may last all the same: a campaign that
+/// somebody has paused waits for nothing, whatever has become of the disk or the supply; and a unit that failed or was
+/// dropped is not well because it was dropped since, or the campaign has ended.
+[[nodiscard]] bool may_last_unseen(const nlohmann::json& status, std::string_view code, std::string_view about);
 
 }  // namespace soak::station

@@ -120,7 +120,9 @@ void AlarmSender::look() {
   json alarms = status.at("alarms");
   // A status that stands still cannot say so itself.
   if (turns_.stand_still(version, steady_s())) alarms.push_back(engine_stuck());
-  const auto may_last = [&](std::string_view code) { return may_last_unseen(status, code); };
+  const auto may_last = [&](std::string_view code, std::string_view about) {
+    return may_last_unseen(status, code, about);
+  };
   for (const AlarmBook::Entry& entry : book_.take(alarms, steady_s(), may_last)) tell(entry, name);
 }
 

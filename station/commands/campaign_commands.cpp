@@ -101,9 +101,10 @@ std::string duration_text(double seconds) {
   return fmt::format("{} s", whole);
 }
 
-/// Where a campaign is: "run 2 of 5, step 31 of 240: soak at -20 °C". `campaign` is that of a status document.
+/// Where a campaign is: "run R02, step 31 of 240: soak at -20 °C". `campaign` is that of a status document. The runs go
+/// by their labels: their number counts the pre-flight, too.
 std::string step_text(const json& campaign) {
-  return fmt::format("run {} of {}, step {} of {}: {}", campaign.at("run").get<int>(), campaign.at("runs").get<int>(),
+  return fmt::format("run {}, step {} of {}: {}", member_text(campaign, "run_label"),
                      campaign.at("step").get<int>() + 1, campaign.at("steps").get<int>(),
                      member_text(campaign, "step_text"));
 }
@@ -116,9 +117,9 @@ std::string campaign_lines(const json& status) {
   std::string lines = fmt::format("campaign   {} ({}, {})\n", member_text(campaign, "name"),
                                   member_text(campaign, "procedure"), member_text(campaign, "purpose"));
   lines += fmt::format("           {}\n", step_text(campaign));
-  lines += fmt::format("           {:.0f} % done, {} of process time left",
-                       100.0 * campaign.at("progress").get<double>(), duration_text(left_s));
-  if (rate != 1.0) lines += fmt::format(", {} by the simulated clock (rate {})", duration_text(left_s / rate), rate);
+  lines += fmt::format("           {:.0f} % done, {}{} left", 100.0 * campaign.at("progress").get<double>(),
+                       duration_text(left_s), rate == 1.0 ? "" : " of simulated time");
+  if (rate != 1.0) lines += fmt::format(", {} of real time (rate {})", duration_text(left_s / rate), rate);
   return lines + "\n";
 }
 
@@ -171,8 +172,10 @@ std::string chamber_lines(const json& status) {
     lines += fmt::format("           alarm: {}\n", alarm.get<std::string>());
   }
   const json& fixture = status.at("fixture");
-  lines += fmt::format("fixture    {}{}\n", member_text(fixture, "position"),
-                       fixture.at("connected").get<bool>() ? "" : ", NOT CONNECTED");
+  const bool by_hand = fixture.at("description") == "by hand";
+  lines += by_hand ? "fixture    turned by hand\n"
+                   : fmt::format("fixture    {}{}\n", member_text(fixture, "position"),
+                                 fixture.at("connected").get<bool>() ? "" : ", NOT CONNECTED");
   return lines;
 }
 

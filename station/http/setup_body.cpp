@@ -44,6 +44,12 @@ class Entered {
   std::optional<std::string> optional_line(const std::string& member) {
     return has(member) ? std::optional(line(member)) : std::nullopt;
   }
+  std::optional<double> number(const std::string& member) {
+    if (!has(member)) return std::nullopt;
+    const json& value = object_.at(member);
+    if (!value.is_number()) refuse({base::ErrorKind::bad_input, "not a number", member});
+    return value.is_number() ? std::optional(value.get<double>()) : std::nullopt;
+  }
   std::optional<int> whole(const std::string& member) {
     if (!has(member)) return std::nullopt;
     const auto value = count_member(object_, member);
@@ -133,6 +139,11 @@ EnteredSlot slot_in(Entered& entered) {
   return {entered.line("name"), address_in(entered), entered.line("unit")};
 }
 
+EnteredSite site_in(Entered entered) {
+  entered.only({"latitude_deg", "height_m", "gravity_mps2"});
+  return {entered.number("latitude_deg"), entered.number("height_m"), entered.number("gravity_mps2")};
+}
+
 EnteredMail mail_in(Entered entered) {
   entered.only({"host", "security", "port", "from", "to"});
   return {entered.line("host"), entered.line("security"), entered.whole("port"), entered.line("from"),
@@ -148,10 +159,11 @@ std::filesystem::path shipped_maps(std::string_view section) {
 Result<SetupForm> setup_form_of(const json& body) {
   std::optional<base::Error> refusal;
   Entered entered(body, "", refusal);
-  entered.only({"chamber", "fixture", "unit_type", "decoder", "slots", "mail", "user"});
+  entered.only({"chamber", "fixture", "unit_type", "decoder", "slots", "site", "mail", "user"});
   SetupForm form;
   if (entered.has("chamber")) form.chamber = controller_in(entered.inner("chamber"), "chamber");
   if (entered.has("fixture")) form.fixture = controller_in(entered.inner("fixture"), "fixture");
+  if (entered.has("site")) form.site = site_in(entered.inner("site"));
   if (entered.has("mail")) form.mail = mail_in(entered.inner("mail"));
   form.unit_type = entered.line("unit_type");
   form.decoder = entered.line("decoder");

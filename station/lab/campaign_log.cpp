@@ -108,7 +108,7 @@ bool Prompts::take_answer() {
 }
 
 bool Prompts::answer(std::int64_t id) {
-  if (!open_ || open_->id != id) return false;
+  if (!open_ || open_->id != id || answered_) return false;  // two windows of the page answer at once
   answered_ = true;
   return true;
 }

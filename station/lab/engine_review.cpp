@@ -55,13 +55,26 @@ json free_bytes(const std::filesystem::path& folder) {
   return error ? json() : json(space.available);
 }
 
+/// How many plateaus each run visits, without the pre-flight: not all where the units are switched off within a cycle.
+json visits_of_runs(const Plan& plan) {
+  json list = json::array();
+  for (const PlannedRun& run : plan.runs) {
+    if (run.preflight) continue;
+    int visits = 0;
+    for (std::size_t i = run.first_step; i <= run.last_step; ++i) visits = std::max(visits, plan.steps[i].visit + 1);
+    list.push_back(visits);
+  }
+  return list;
+}
+
 json plan_part(const CheckedStart& checked) {
   const Procedure& procedure = checked.plan.procedure;
   return {{"name", procedure.name},
           {"description", procedure.description},
           {"purpose", name_of(procedure.purpose)},
           {"runs", std::ranges::count(checked.plan.runs, false, &PlannedRun::preflight)},
-          {"visits", procedure.set_points_c.size()},
+          {"visits", visits_of_runs(checked.plan)},
+          {"turns", std::ranges::count(checked.plan.steps, StepKind::move, &Step::kind)},
           {"set_points_c", procedure.set_points_c},
           {"positions", procedure.positions},
           {"estimate_s", checked.plan.remaining_s(0)}};

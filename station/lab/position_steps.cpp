@@ -91,6 +91,7 @@ class Move : public StepTask {
     std::vector<std::string> serials;
     for (const UnitChannel* unit : wrong) serials.push_back(unit->serial());
     const std::string why = wrong.empty() ? "" : attitudes_text(wrong) + ". ";
+    if (!wrong.empty()) station.log.add("position", position_, attitudes_text(wrong) + ": asked again");
     station.prompts.ask({fmt::format("{}Turn the fixture so that its {} points up, then confirm.", why, position_),
                          "position",
                          {{"position", position_}, {"wrong", serials}}});

@@ -147,8 +147,9 @@ ReviewedStart review_start(const StartRequest& request, const StationConfig& con
   }
   const auto by_slot = serials(request, config);
   if (by_slot.empty()) {
-    (void)note(base::Status(
-        base::bad_input("no unit: name them with --unit SLOT=SERIAL, or in the station's configuration", "--unit")));
+    (void)note(base::Status(base::bad_input(
+        "no unit: enter the serial number of at least one (--unit SLOT=SERIAL, or unit in the station's configuration)",
+        "--unit")));
   }
   std::map<std::string, std::string> slot_of;
   for (const auto& [slot, serial] : by_slot) {

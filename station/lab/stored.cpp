@@ -4,19 +4,40 @@
 #include <algorithm>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
+
+#include "station/lab/start_check.h"
 
 namespace soak::station {
 namespace {
 
 using nlohmann::json;
 
-json slots_part(const StationConfig& config) {
+/// Which unit each slot held in the newest campaign that this station carried out.
+base::Result<std::map<std::string, std::string>> newest_units(const db::Catalog& catalog,
+                                                              const std::vector<std::string>& campaigns) {
+  std::optional<db::CampaignRow> newest;
+  for (const std::string& name : campaigns) {
+    auto row = catalog.campaign(name);
+    if (!row) return base::forward_error(row);
+    if (*row && (!newest || (*row)->created_utc_s > newest->created_utc_s)) newest = *std::move(*row);
+  }
+  if (!newest) return std::map<std::string, std::string>();
+  const auto request = request_of(*newest);
+  return request ? request->units : std::map<std::string, std::string>();  // an offer only
+}
+
+json slots_part(const StationConfig& config, const std::map<std::string, std::string>& newest) {
   json slots = json::array();
   for (const Slot& slot : config.slots) {
-    slots.push_back({{"name", slot.name}, {"unit", slot.unit}, {"unit_type", slot.unit_type}});
+    const auto last = newest.find(slot.name);
+    slots.push_back({{"name", slot.name},
+                     {"unit", slot.unit},
+                     {"unit_type", slot.unit_type},
+                     {"last_unit", last == newest.end() ? "" : last->second}});
   }
   return slots;
 }
@@ -99,8 +120,13 @@ base::Result<json> stored_document(const StationConfig& config, const db::Catalo
   if (!runs) return base::forward_error(runs);
   auto campaigns = campaigns_part(catalog, *runs);
   if (!campaigns) return campaigns;
-  return json{
-      {"slots", slots_part(config)}, {"units", units_part(*units, *runs)}, {"campaigns", *std::move(campaigns)}};
+  const auto names = catalog.campaigns();
+  if (!names) return base::forward_error(names);
+  const auto newest = newest_units(catalog, *names);
+  if (!newest) return base::forward_error(newest);
+  return json{{"slots", slots_part(config, *newest)},
+              {"units", units_part(*units, *runs)},
+              {"campaigns", *std::move(campaigns)}};
 }
 
 }  // namespace soak::station

@@ -25,6 +25,9 @@ class Lines {
     for (const std::string& value : values) list += (list.empty() ? "" : ", ") + toml_quoted(value);
     put(key, key, "[" + list + "]");
   }
+  void number(std::string_view key, std::optional<double> value) {
+    if (value) put(key, key, fmt::format("{}", *value));
+  }
   void whole(std::string_view key, std::optional<int> value) {
     if (value) put(key, key, fmt::format("{}", *value));
   }
@@ -79,6 +82,13 @@ void write_slots(Lines& lines, const SetupForm& form) {
   }
 }
 
+void write_site(Lines& lines, const EnteredSite& site) {
+  lines.head("[site]", "site");
+  lines.number("latitude_deg", site.latitude_deg);
+  lines.number("height_m", site.height_m);
+  lines.number("gravity_mps2", site.gravity_mps2);
+}
+
 void write_mail(Lines& lines, const EnteredMail& mail) {
   lines.head("[alarms.mail]", "mail");
   lines.text("host", mail.host);
@@ -110,9 +120,12 @@ std::string toml_quoted(std::string_view text) {
 SetupText setup_text(const SetupForm& form) {
   Lines lines;
   lines.plain("# The station, as it was set up in the browser. docs/station-config.md describes every key;");
-  lines.plain("# `soak doctor --config FILE` checks the file. soakd reads it when it starts.");
+  lines.plain(
+      "# `soak doctor --config station.toml --data .`, called in this folder, checks the file and what is stored");
+  lines.plain("# here. soakd reads the file when it starts.");
   write_controller(lines, "chamber", form.chamber);
   if (form.fixture) write_controller(lines, "fixture", *form.fixture);
+  if (form.site) write_site(lines, *form.site);
   if (form.mail) write_mail(lines, *form.mail);
   write_slots(lines, form);
   return lines.take();

@@ -35,6 +35,13 @@ struct EnteredSlot {
   std::string unit;  ///< its serial number; empty = given when a campaign starts
 };
 
+/// Where the station stands, as far as it is known: it decides how much gravity there is.
+struct EnteredSite {
+  std::optional<double> latitude_deg;
+  std::optional<double> height_m;
+  std::optional<double> gravity_mps2;
+};
+
 /// A mail server that takes messages without a password.
 struct EnteredMail {
   std::string host;
@@ -51,6 +58,7 @@ struct SetupForm {
   std::string unit_type;                     ///< of all slots
   std::string decoder;                       ///< of all slots: the units' protocol
   std::vector<EnteredSlot> slots;
+  std::optional<EnteredSite> site;  ///< absent = standard gravity is assumed
   std::optional<EnteredMail> mail;  ///< absent = nobody is told of alarms
 };
 

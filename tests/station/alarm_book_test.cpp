@@ -23,7 +23,7 @@ json alarm(const std::string& code, const std::string& about = "", bool calls = 
           {"title", code + " of " + about}};
 }
 
-bool nothing_lasts_unseen(std::string_view /*code*/) { return false; }
+bool nothing_lasts_unseen(std::string_view /*code*/, std::string_view /*about*/) { return false; }
 
 /// What is told while these alarms last from one time to another, looked at twice a second.
 std::vector<AlarmBook::Entry> over(AlarmBook& book, const json& alarms, double from_s, double to_s,
@@ -152,7 +152,9 @@ class AlarmsOverTime : public AlarmRules {
   std::vector<std::string> minute() { return seconds(60.0); }
   std::vector<std::string> seconds(double for_s) {
     std::vector<std::string> told;
-    const auto may_last = [&](std::string_view code) { return may_last_unseen(status, code); };
+    const auto may_last = [&](std::string_view code, std::string_view about) {
+      return may_last_unseen(status, code, about);
+    };
     for (const auto& entry : over(book_, alarms_of(status), now_s_, now_s_ + for_s, may_last)) {
       told.push_back((entry.turn == AlarmTurn::began ? "began " : "ended ") +
                      entry.alarm.at("code").get<std::string>());
@@ -273,6 +275,47 @@ TEST_F(AlarmRules, WhatGoesOnByItselfCallsNobodyAndWhatWaitsForResumeDoes) {
   EXPECT_TRUE(calls());
   status["resumes_by_itself"] = true;
   EXPECT_FALSE(calls());
+}
+
+TEST_F(AlarmRules, AlarmsComeBeforeWarnings) {
+  status["units"][0]["dropped"] = "no packets for 15 s";
+  status["chamber"]["alarms"] = {"over temperature"};
+  status["state"] = "stopping";
+  EXPECT_EQ(codes(), (Codes{"chamber_alarm", "campaign_ended", "unit_dropped"}));
+}
+
+TEST_F(AlarmRules, OtherUnitsGoOnOnlyIfThereAreAny) {
+  status["units"][0]["dropped"] = "no packets for 15 s";
+  const auto action = [&] { return alarms_of(status).at(0).at("action").get<std::string>(); };
+  EXPECT_NE(action().find("The other units go on"), std::string::npos) << action();
+  status["units"][1]["dropped"] = "no packets for 15 s";
+  EXPECT_EQ(action().find("The other units go on"), std::string::npos) << action();
+}
+
+TEST_F(AlarmRules, AnEndForWantOfUnitsNamesWhatBecameOfEach) {
+  for (json& unit : status["units"]) unit["dropped"] = "cannot connect";
+  status["reason"] = "no unit is left";
+  for (const char* state : {"stopping", "failed"}) {
+    status["state"] = state;
+    const json alarms = alarms_of(status);
+    ASSERT_EQ(alarms.size(), 1U) << state;
+    EXPECT_EQ(alarms[0].at("detail"), "no unit is left; SN0042: cannot connect; SN0043: cannot connect") << state;
+  }
+}
+
+TEST_F(AlarmsOverTime, ADroppedUnitIsNotWellBecauseTheCampaignHasEnded) {
+  status["units"][0]["state"] = "failed";
+  EXPECT_EQ(minute(), Codes{"began unit_failed"});
+  status["units"][0]["dropped"] = "no packets for 15 s";
+  EXPECT_EQ(minute(), Codes{"began unit_dropped"});
+  status["state"] = "stopping";
+  EXPECT_EQ(minute(), Codes{"began campaign_ended"});
+  status["state"] = "failed";
+  EXPECT_EQ(minute(), (Codes{"began campaign_failed", "ended campaign_ended"}));
+  status["state"] = "running";
+  status["units"][0]["state"] = "streaming";
+  status["units"][0]["dropped"] = nullptr;
+  EXPECT_EQ(minute(), (Codes{"ended campaign_failed", "ended unit_dropped", "ended unit_failed"}));
 }
 
 TEST_F(AlarmRules, AWrongFaceIsToldWithTheWayToTurn) {

@@ -52,6 +52,15 @@ TEST(SetupForm, SaysOfEachLineWhatWasEnteredThere) {
   EXPECT_EQ(field_of("decoder = \"xsens\""), "decoder");
 }
 
+TEST(SetupForm, WritesOfThePlaceWhatIsKnown) {
+  SetupForm form = small_form();
+  form.site = EnteredSite{.latitude_deg = -33.5, .height_m = 40.0, .gravity_mps2 = {}};
+  const SetupText text = setup_text(form);
+  EXPECT_NE(text.toml.find("\n[site]\nlatitude_deg = -33.5\nheight_m = 40\n"), std::string::npos) << text.toml;
+  EXPECT_EQ(text.toml.find("gravity_mps2"), std::string::npos);
+  EXPECT_NE(std::find(text.fields.begin(), text.fields.end(), "site.latitude_deg"), text.fields.end());
+}
+
 TEST(SetupForm, KeepsWhatIsNotEnteredOutOfTheText) {
   const std::string text = setup_text(small_form()).toml;
   for (const char* key : {"[fixture]", "[alarms", "parity", "stop_bits", "unit = 1", "unit = \"\""}) {

@@ -5,6 +5,7 @@
 
 #include <nlohmann/json.hpp>
 #include <string>
+#include <tuple>
 
 #include "tests/db/sample_catalog.h"
 #include "tests/db/support.h"
@@ -40,8 +41,8 @@ class Stored : public ::testing::Test {
 
 TEST_F(Stored, AnEmptyStationHasItsSlotsAndNothingElse) {
   config_.slots = {{.name = "1", .unit = "SN1", .unit_type = "mti-300"}, {.name = "2"}};
-  EXPECT_EQ(document(), json::parse(R"({"slots": [{"name": "1", "unit": "SN1", "unit_type": "mti-300"},
-                                                   {"name": "2", "unit": "", "unit_type": ""}],
+  EXPECT_EQ(document(), json::parse(R"({"slots": [{"name": "1", "unit": "SN1", "unit_type": "mti-300", "last_unit": ""},
+                                                   {"name": "2", "unit": "", "unit_type": "", "last_unit": ""}],
                                          "units": [], "campaigns": []})"));
 }
 
@@ -65,6 +66,22 @@ TEST_F(Stored, AUnitThatWasNeverRecordedIsListed) {
   ASSERT_TRUE(catalog_.ensure_unit("SN9", "generic"));
   EXPECT_EQ(document()["units"][0],
             json({{"serial", "SN9"}, {"type", "generic"}, {"runs", 0}, {"newest_run_utc_s", nullptr}}));
+}
+
+TEST_F(Stored, ASlotHasTheUnitThatItHeldInTheNewestCampaign) {
+  config_.slots = {{.name = "1"}, {.name = "2"}};
+  for (const auto& [name, begun_utc_s, unit] : {std::tuple("new", 2e9, "SN2"), std::tuple("old", 1e9, "SN1")}) {
+    db::CampaignRow row;
+    row.name = name;
+    row.procedure = "soak";
+    row.document =
+        json{{"procedure_file", "p"}, {"procedure_text", ""}, {"units", {{"1", unit}}}, {"user", "eva"}}.dump();
+    row.created_utc_s = row.updated_utc_s = begun_utc_s;
+    ASSERT_TRUE(catalog_.begin_campaign(row));
+  }
+  const json slots = document()["slots"];
+  EXPECT_EQ(slots[0]["last_unit"], "SN2");
+  EXPECT_EQ(slots[1]["last_unit"], "");
 }
 
 TEST_F(Stored, CampaignsComeNewestFirstWithTheirStates) {

@@ -55,6 +55,13 @@ TEST_F(WrongFace, IsAskedForAgainWithinSeconds) {
   EXPECT_EQ(follow(*task, 10.0), StepState::done);
 }
 
+TEST_F(WrongFace, AQuestionIsAnsweredOnceThoughTwoWindowsConfirmIt) {
+  const auto task = move_to("+X");
+  ASSERT_EQ(follow(*task, 1.0), StepState::running);
+  ASSERT_TRUE(confirm());
+  EXPECT_FALSE(confirm());
+}
+
 TEST_F(WrongFace, TheQuestionSaysWithoutItsSentenceWhatIsAsked) {
   const auto task = move_to("-Z");
   ASSERT_EQ(follow(*task, 1.0), StepState::running);

@@ -47,7 +47,7 @@ class Station:
 
 
 # What a station at rest answers that it has stored.
-STORED = {"slots": [{"name": "1", "unit": "SN0042", "unit_type": "mti-300"}, {"name": "2", "unit": "", "unit_type": ""}],
+STORED = {"slots": [{"name": "1", "unit": "SN0042", "unit_type": "mti-300", "last_unit": "SN0042"}, {"name": "2", "unit": "", "unit_type": "", "last_unit": "SN0043"}],
           "units": [{"serial": "SN0042", "type": "mti-300", "runs": 6, "newest_run_utc_s": 1789900000.0},
                     {"serial": "<b>x</b>", "type": "generic", "runs": 0, "newest_run_utc_s": None}],
           "campaigns": [{"name": "2026-10", "procedure": "six-position", "state": "finished", "reason": None,

@@ -293,7 +293,7 @@ class Ways(AlarmTest):
         browser = Browser()
         self.addCleanup(browser.close)
         browser.go(station.url + "#records")
-        browser.wait_for_text("#alarms-ways", f"Mail to {TO}: nothing sent yet")
+        browser.wait_for_text("#alarms-ways", f"Mail to {TO}: nothing sent since soakd was started")
         browser.type("#user", "Eva")
         browser.click("#alarms-test")
         browser.wait_for_text("#alarms-news", f"The server has taken it: Mail to {TO}")

@@ -196,6 +196,53 @@ class OnThePage(WithLaboratory):
         self.choose("minor-loop.toml")
         self.browser.wait_for_text("#start-review [lang=en]", "Thermal hysteresis remembers the turn, a warm-up or an ageing does not.")
 
+    def review(self, procedure, **asked):
+        """Lines of the review of a procedure, as texts."""
+        document = {"name": "p", "description": "", "purpose": "calibration", "runs": 2, "visits": [9, 9], "turns": 120, "set_points_c": [-20, 20, 60], "positions": ["+X"],
+                    "estimate_s": 36000, **procedure}
+        review = {"procedure": document, "mistakes": [], "disk": {"needed_bytes": None, "free_bytes": None}}
+        return self.browser.run("""const [review, asked] = arguments; return import('/start_words.mjs').then(({ reviewLines }) =>
+            reviewLines(review, { named: true, filled: true, rate: 1, end: () => null, safe: null, ...asked }).map(({ parts }) => parts.map((part) => part.english ?? part).join('')))""", review, asked)
+
+    def test_who_turns_by_hand_is_told_how_often_and_when_behind_a_closed_door(self):
+        self.open()
+        self.assertFalse(any("turn" in line for line in self.review({})), "a machine turns")
+        lines = self.review({}, safe={"from_c": 20, "to_c": 47})
+        self.assertTrue(any("120 times, about every 5 min" in line for line in lines), lines)
+        self.assertTrue(any("At −20, 20, 60 °C turn it with the door closed" in line and "between 20 and 47 °C" in line for line in lines), lines)
+        lines = self.review({"set_points_c": [25, 40]}, safe={"from_c": 20, "to_c": 47})
+        self.assertFalse(any("door closed" in line for line in lines), lines)
+
+    def test_a_procedure_with_power_cycles_has_its_visits_told_run_by_run(self):
+        self.open()
+        self.assertTrue(any("2 runs, 4 and 6 visits, from" in line for line in self.review({"visits": [4, 6]})))
+        text = (pathlib.Path(__file__).resolve().parents[2] / "procedures/power-cycle.toml").read_text(encoding="utf-8")
+        document = self.soakd.check(procedure_text=text, procedure_file="p.toml", campaign="c", units={"1": "SN0042"})
+        check_schema(document, "http-campaign-check")
+        planned = document["procedure"]
+        self.assertEqual((len(planned["visits"]), sum(planned["visits"][:2])), (planned["runs"], len(planned["set_points_c"]) + 1), "the visit of the cycle is in both")
+
+    def test_two_times_are_told_by_their_names(self):
+        self.open()
+        self.assertTrue(any("takes about 10 h of simulated time, 10 min of real time" in line for line in self.review({}, rate=60)))
+        self.assertTrue(any(line.endswith("takes about 10 h") for line in self.review({})))
+
+    def test_without_a_serial_number_it_is_said_in_the_words_of_the_page(self):
+        self.open()
+        self.choose("ours.toml")
+        self.browser.wait_for_text("#start-review", "No serial number yet")
+        self.browser.type("#start-name", "without")
+        self.browser.click("#start-send")
+        self.browser.wait_for_text("#start-failure", "enter that of at least one unit")
+        self.assertNotIn("--unit", self.browser.text("body"))
+        self.browser.console()  # Chromium lists the 400
+
+    def test_the_initial_of_a_name_ends_no_sentence(self):
+        self.open()
+        said = self.browser.run("""return import('/start_words.mjs').then(({ procedureText }) => procedureText({ file: 'x', name: 'x', trouble: null, purpose: 'calibration',
+            estimate_s: 3600, description: 'The soak test of W. T. Fong. More of it.' }))""")
+        self.assertTrue(said.endswith(": The soak test of W. T. Fong"), said)
+
     def test_a_file_that_was_changed_meanwhile_is_what_is_checked(self):
         path = self.soakd.data / "procedures" / "changing.toml"
         self.addCleanup(path.unlink)

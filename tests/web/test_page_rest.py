@@ -99,6 +99,27 @@ class AtRest(StationTest):
             self.browser.press("Enter")
             self.station.wait_for_command(f"start 2026-11 {name} [name = 'short'] 1=SN0042 2=SN0077 by web page")
 
+    def test_the_units_of_the_last_campaign_are_offered_where_nothing_was_entered(self):
+        self.rest()
+        self.see("#start-last", "As last time: SN0043")
+        self.browser.click("#start-last")
+        self.assertEqual(self.browser.run("return [...document.querySelectorAll('#start-slots input')].map(({ value }) => value)"), ["SN0042", "SN0043"])
+        self.hidden("#start-last")
+
+    def test_without_a_connection_nothing_can_be_started_or_taken_out_and_no_question_stays(self):
+        self.station.set("/prompt", {"id": 7, "text": "Turn the fixture."})
+        self.open()
+        self.see("#prompt-text", "Turn the fixture.")
+        inert = "return ['queue-list', 'start-card'].map((id) => document.getElementById(id).inert)"
+        self.station.tell("stop")
+        self.shown("#lost")
+        self.hidden("#prompt-inner")
+        self.assertEqual(self.browser.run(inert), [True, True])
+        self.station.tell("start")
+        self.shown("#prompt-inner")
+        self.assertEqual(self.browser.run(inert), [False, False])
+        self.browser.console()  # Chromium lists the connection that was gone
+
     def fill_form(self, name):
         procedure = tempfile.NamedTemporaryFile("w", suffix=".toml")
         self.addCleanup(procedure.close)

@@ -522,6 +522,14 @@ class Devices(StationTest):
         self.station.set("/units/0/stable", False)
         self.see("#units > :nth-child(1)", "settling")
 
+    def test_a_unit_whose_link_is_dead_while_it_shall_be_on_is_not_called_off(self):
+        self.station.set("/units/0/state", "closed")
+        self.station.set("/campaign/step_kind", "record")
+        self.open()
+        self.see("#units > :nth-child(1)", "no connection")
+        self.station.set("/campaign/step_kind", "power_on")
+        self.see("#units > :nth-child(1)", "off")
+
     def test_a_fixture_that_is_turned_by_hand_is_not_called_unconnected(self):
         self.station.set("/fixture", {"description": "by hand", "connected": False, "position": None, "moving": None})
         self.open()

@@ -106,6 +106,18 @@ class Step(StationTest):
         self.see("#door-text", "press Pause at 40 °C")
         self.station.set("/campaign/on_way_back", True)
         self.browser.wait("return !document.querySelector('#door-text').innerText.includes('press Pause')")
+        self.see("#door-text", "Once the campaign is back where it stopped")
+
+    def test_who_is_asked_to_turn_at_a_cold_plateau_is_told_how_and_when_the_door_can_be_opened(self):
+        self.at_20_c_below()
+        self.station.set("/prompt", {"id": 7, "text": "Turn the fixture.", "code": "position", "about": {"position": "+X", "wrong": []}})
+        self.station.set("/state", "waiting")
+        self.see("#door-text", "Turn the fixture with the door closed")
+        self.see("#door-text", "press Pause at the next plateau of 40 °C")
+        self.station.set("/prompt", None)
+        self.station.set("/state", "running")
+        self.see("#door-text", "press Pause at 40 °C, from")
+        self.assertNotIn("Turn the fixture", self.text("#door-text"))
 
     def test_between_two_runs_the_chamber_does_not_become_safe_by_itself(self):
         self.at_20_c_below()

@@ -247,7 +247,7 @@ class Page(WithBrowser):
         first, last = self.window()
         self.assertAlmostEqual((last - first) / 1080, 0.2, delta=0.03)
         expected = self.soakd.get("run/series", **self.name("R02"), channel="gyro_x", from_s=first, to_s=last, points=2000)["rows"]
-        self.see("#strip-window", f"every one of {expected} samples")
+        self.see("#strip-window", f"every one of {expected:,} samples".replace(",", "\u202f"))
         self.assertEqual(self.browser.console(), [])
 
     def test_keys_and_buttons_zoom_and_move(self):

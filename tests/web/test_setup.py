@@ -27,8 +27,8 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "cli"))
 from soak_cli import check_schema  # noqa: E402
 
 SERIAL = "0380A001"
-STEPS = ("chamber", "fixture", "units", "alarms", "file")
-OBJECTS = {"chamber", "fixture", "mail"}
+STEPS = ("chamber", "fixture", "units", "site", "alarms", "file")
+OBJECTS = {"chamber", "fixture", "site", "mail"}
 HOSTILE = 'ttyUSB0"\nlisten = "0.0.0.0:1'
 
 
@@ -74,13 +74,14 @@ class Interface(WithStation):
     def test_a_form_without_a_mistake_is_the_configuration(self):
         fixture = {"map": "modbus-positioner.toml", "device": "/dev/ttyS9", "baud": 19200, "parity": "E", "stop_bits": 2, "unit": 7}
         mail = {"host": "smtp.lab.example", "security": "none", "from": "soak@lab.example", "to": ["eva@lab.example", "otto@lab.example"]}
-        text, mistakes = self.checked(form(fixture=fixture, mail=mail))
+        site = {"latitude_deg": 48.14, "height_m": 520, "gravity_mps2": 9.8073}
+        text, mistakes = self.checked(form(fixture=fixture, mail=mail, site=site))
         self.assertEqual(mistakes, {})
         config = tomllib.loads(text)
         maps = ROOT / "procedures"
         self.assertEqual(config, {
             "chamber": {"map": str(maps / "chambers/watlow-f4t.toml"), "host": "127.0.0.1", "port": 5020},
-            "fixture": {**fixture, "map": str(maps / "fixtures/modbus-positioner.toml")}, "alarms": {"mail": mail},
+            "fixture": {**fixture, "map": str(maps / "fixtures/modbus-positioner.toml")}, "site": site, "alarms": {"mail": mail},
             "slot": [{"name": "1", "host": "127.0.0.1", "port": 4001, "decoder": "xsens", "unit_type": "mti-300"},
                      {"name": "2", "device": "/dev/ttyUSB7", "decoder": "xsens", "unit": "SN2", "unit_type": "mti-300"}]})
 
@@ -418,6 +419,10 @@ class OnThePage(WithStation):
         self.browser.click("#slots .found button")
         self.assertEqual(self.browser.run("return document.querySelector('#slots-0-unit').value"), SERIAL)
         self.browser.click("#next")
+        self.wait_for_step("site")
+        self.fill("site-latitude_deg", "48,14")
+        self.fill("site-height_m", "520")
+        self.browser.click("#next")
         self.wait_for_step("alarms")
         self.browser.click("#next")
         self.wait_for_step("file")
@@ -432,13 +437,43 @@ class OnThePage(WithStation):
         self.see("#air", f"{chamber['air_c']:.2f}"[:2])
         config = tomllib.loads(self.station.file.read_text(encoding="utf-8"))
         self.assertEqual(config["slot"], [{"name": "1", "host": "127.0.0.1", "port": self.lab.ports["units"][0], "decoder": "xsens", "unit": SERIAL, "unit_type": "mti-300"}])
+        self.assertEqual(config["site"], {"latitude_deg": 48.14, "height_m": 520})
         self.assertEqual([(event["kind"], event["user"]) for event in self.station.events()], [("station_set_up", "Eva")])
+        self.assertEqual(self.browser.run("return document.querySelector('#user').value"), "Eva", "who has set it up works at it now")
+        self.browser.run("localStorage.clear()")
+
+    def test_the_guide_opens_beside_what_was_entered(self):
+        self.enter_chamber(5020)
+        self.browser.click("[data-help='hardware']")
+        self.see("#help-page", "register map")
+        self.browser.click("#help-page nav a[href='#help=alarms']")
+        self.see("#help-page", "Alarms that reach a person")
+        self.browser.click("#help form button")
+        self.browser.wait("return !document.querySelector('#help').open")
+        self.assertEqual(self.browser.run("return document.querySelector('#chamber-port').value"), "5020")
+        self.assertEqual(self.browser.console(), [])
+
+    def test_a_place_that_is_not_known_is_said_with_what_it_costs(self):
+        self.go_to("file")
+        self.see("#no-gravity", "0.3 %")
+        self.go_to("site")
+        self.fill("site-latitude_deg", "north")
+        self.browser.click("#next")
+        self.see("#site-latitude_deg-mistake", "Please enter a number.")
+        self.fill("site-latitude_deg", "148")
+        self.browser.click("#next")
+        self.see("#site-latitude_deg-mistake", "90")
+        self.fill("site-latitude_deg", "48")
+        self.go_to("file")
+        self.browser.wait("return document.querySelector('#no-gravity').hidden")
 
     def test_a_wrong_address_is_told_at_the_field(self):
         self.enter_chamber(unused_port())
         self.browser.click("#chamber-try")
         self.see("#chamber-host-mistake", "onnect")
         self.assertEqual(self.browser.run("const host = document.querySelector('#chamber-host'); return [host.getAttribute('aria-invalid'), document.activeElement.id]"), ["true", "chamber-host"])
+        self.see("#chamber-host-mistake", "Is the controller switched on")
+        self.see("#chamber-port-mistake", "Is the port right?")
         self.fill("chamber-port", "many")
         self.browser.click("#chamber-try")
         self.see("#chamber-port-mistake", "whole number")
