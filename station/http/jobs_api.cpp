@@ -111,6 +111,21 @@ Result<json> verdict_of(const db::Catalog& catalog, const std::map<std::string, 
   return holds ? (*part)["job"]["result"].value("verdict", json()) : json();
 }
 
+/// As release_part(), of a model that is released or might be; null for others.
+Result<json> release_of_listed(const db::Catalog& catalog, const json& unit) {
+  const std::string state = unit.value("/model/state"_json_pointer, "");
+  return state == "verified" || state == "released" ? release_part(catalog, unit) : json();
+}
+
+/// Whether somebody has searched for what the newest model lacks, or accepted into it what a search had found.
+bool gap_is_searched(const JobRunner& jobs, const json& unit) {
+  if (unit["model"].is_null()) return false;
+  const json search = jobs.newest(unit["unit"], "gap_find");
+  if (search.is_object() && is_of_model(search, unit["model"])) return true;
+  const json accepted = jobs.newest(unit["unit"], "gap_accept");
+  return accepted.is_object() && accepted.value("/result/model"_json_pointer, json()) == unit["model"]["version"];
+}
+
 Result<json> answer_units(RunArchive& runs, const JobRunner& jobs, const Parameters& parameters) {
   if (auto known = only_parameters(parameters, {}); !known) return base::forward_error(known);
   return runs.in_turn([&](const db::Catalog& catalog) -> Result<json> {
@@ -121,6 +136,10 @@ Result<json> answer_units(RunArchive& runs, const JobRunner& jobs, const Paramet
       auto verdict = verdict_of(catalog, newest, unit);
       if (!verdict) return verdict;
       unit["verdict"] = *std::move(verdict);
+      auto release = release_of_listed(catalog, unit);
+      if (!release) return release;
+      unit["release"] = *std::move(release);
+      unit["gap_searched"] = gap_is_searched(jobs, unit);
     }
     return list;
   });

@@ -176,7 +176,8 @@ OutsideTheMean look_for_aging(const LoggedCampaign& campaign, const CampaignMode
   for (const std::size_t number : observations.logged) {
     const LoggedRun& run = campaign.runs[number];
     if (!run.start_utc_s) {
-      result.not_testable.push_back({"aging_drift", "the time of the runs is not known (utc_s)"});
+      result.not_testable.push_back(
+          {"aging_drift", "the recordings hold no clock time beside their samples (column utc_s)"});
       return result;
     }
     hours.push_back(*run.start_utc_s / kHours);
