@@ -7,7 +7,7 @@ import { clock } from "./format.mjs";
 import { endedText, madeFrom, runningText, verbOf } from "./job_words.mjs";
 import { obstacleParts } from "./obstacle_words.mjs";
 import { badge } from "./runs_view.mjs";
-import { campaignToVerifyWith, isBeingChecked, nextOf, U } from "./unit_words.mjs";
+import { campaignToVerifyWith, isBeingChecked, nextOf, U, verdictOf } from "./unit_words.mjs";
 
 const LOOK_AGAIN_MS = 1000;
 const LOOKS_AT_OTHERS = 10; // every so many times where no job is known to run
@@ -223,7 +223,8 @@ export class JobPanel {
   #take(jobs) {
     this.#running = jobs.find(({ state }) => state === "running") ?? null;
     this.#showRunning();
-    const isOurs = ({ unit, state }) => (unit === this.#serial || (unit === "" && state === "done")) && state !== "running";
+    // A verification of all has judged this unit, too.
+    const isOurs = ({ unit, kind, state }) => state !== "running" && (unit === this.#serial || (kind === "verify_all" && state === "done"));
     const own = jobs.filter(isOurs).slice(0, MOST_SHOWN);
     const about = own.map(({ id }) => id).join(" ");
     if (about !== this.#shown) {
@@ -250,10 +251,11 @@ export class JobPanel {
   /** Anew only where they say something else: somebody may be about to press a download. */
   #showEnded() {
     const lines = this.#ended.map((job) => ({ job, from: madeFrom(job, this.#unit?.model ?? null, this.#unit?.verification ?? null) }));
-    const about = lines.map(({ job, from }) => `${job.id} ${from}`).join("\n");
+    const judged = this.#unit?.verification ?? null;
+    const about = lines.map(({ job, from }) => `${job.id} ${from} ${verdictIn(job, judged)}`).join("\n");
     if (about === this.#lines) return;
     this.#lines = about;
-    $("unit-jobs").replaceChildren(...lines.map(({ job, from }) => jobLine(job, from)));
+    $("unit-jobs").replaceChildren(...lines.map(({ job, from }) => jobLine(job, from, verdictIn(job, judged))));
   }
 
   #showRunning() {
@@ -270,9 +272,13 @@ const spoken = (job) => {
   return [`${title}: ${text}. `, { english: why }];
 };
 
-/** `from`: as madeFrom() says. */
-function jobLine(job, from) {
-  const { title, badge: mark, text } = endedText(job);
+/** What a job of all units said of this one, if that was the last verification; else null. */
+const verdictIn = ({ id, unit }, verification) => (unit === "" && verification?.job.id === id ? verification.job.result.verdict : null);
+
+/** `from`: as madeFrom() says; `verdict`: as verdictIn(). */
+function jobLine(job, from, verdict) {
+  const { title, badge: own, text } = endedText(job);
+  const mark = verdict === null ? own : { text: verdictOf(verdict).title, state: verdictOf(verdict).state };
   const line = element("li", "");
   line.dataset.state = job.state;
   const head = element("div", "");

@@ -234,7 +234,7 @@ export const text = {
   impact: {
     title: (version) => `Was die Kalibrierung mit Modell ${version} in der Navigation bringt`,
     notKnown: "Nicht bekannt: Die Sensoren wurden nicht bei zwei gemeinsamen Temperaturen kalibriert.",
-    heads: ["Messachse", "Nullpunkt ändert sich um", "Bleibt (95 %)", "30 s, ohne", "30 s, mit", "60 s, ohne", "60 s, mit"],
+    heads: ["Messachse", "Nullpunkt ändert sich um", "Vom Nullpunktfehler bleibt (95 %)", "30 s, ohne", "30 s, mit", "60 s, ohne", "60 s, mit"],
     bySensor: "Positionsfehler je Sensor",
     intervals: { pi95: "ein neues Einschalten", ci95: "nur die mittlere Kurve: kann viel zu klein sein" },
     about: (from, to) => `Positionsfehler allein durch den Nullpunktfehler jedes Sensors, ohne Satellitennavigation, von ${from} °C beim Einschalten bis ${to} °C; der Nullpunktfehler beim
@@ -242,7 +242,7 @@ export const text = {
     ofModel: (version) => `Modell ${version}:`,
     drives: ({ drives, outages, seconds, without, corrected, less, between }) =>
       `Mit einem Navigationsfilter, in ${outages} Ausfällen von ${seconds} s auf ${drives} simulierten Fahrten mit den Kurven dieses Prüflings: am Ende eines Ausfalls ${without} daneben ohne die Kalibrierung, ${corrected} mit ihr, `
-      + `ein Gewinn von ${less} %${between === null ? "" : ` (95 %: ${between.join(" bis ")} %)`}. Das Rauschen ist das eines AHRS400CA.`,
+      + `ein Gewinn von ${less} %${between === null ? "" : ` (95 %: ${between.join(" bis ")} %)`}. Das Rauschen dieser Fahrten ist für alle Prüflinge das eines AHRS400CA.`,
     noDrives: "Fahrten mit einem Navigationsfilter werden nicht simuliert, da die Kalibrierung ihre Unsicherheit nicht angibt.",
     drivesFailed: (message) => `Fahrten mit einem Navigationsfilter ließen sich nicht simulieren: ${message}.`,
     more: "Jeder Ausfall, und weitere Arten zu navigieren:",

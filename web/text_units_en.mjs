@@ -247,14 +247,14 @@ export const text = {
   impact: {
     title: (version) => `What the calibration of model ${version} buys in navigation`,
     notKnown: "Not known: the sensors were not calibrated at two common temperatures.",
-    heads: ["Sensor", "Bias changes by", "Left (95 %)", "30 s, without", "30 s, with", "60 s, without", "60 s, with"],
+    heads: ["Sensor", "Bias changes by", "Bias left (95 %)", "30 s, without", "30 s, with", "60 s, without", "60 s, with"],
     bySensor: "Position errors by sensor",
     intervals: { pi95: "a fresh power-on", ci95: "mean curve alone: may be far too small" },
     about: (from, to) => `Position error from each sensor's bias alone without satellite navigation, from ${from} °C at power-on to ${to} °C; the bias at power-on is known, the sensor's axis lies horizontally.`,
     ofModel: (version) => `Model ${version}:`,
     drives: ({ drives, outages, seconds, without, corrected, less, between }) =>
       `With a navigation filter, in ${outages} outages of ${seconds} s on ${drives} simulated drives with this unit's curves: ${without} off at the end of an outage without the calibration, ${corrected} with it, `
-      + `a gain of ${less} %${between === null ? "" : ` (95 %: ${between.join(" to ")} %)`}. Noise is that of an AHRS400CA.`,
+      + `a gain of ${less} %${between === null ? "" : ` (95 %: ${between.join(" to ")} %)`}. Noise in these drives is that of one sensor for all units, an AHRS400CA.`,
     noDrives: "Drives with a navigation filter are not simulated, as the calibration does not state its uncertainty.",
     drivesFailed: (message) => `Drives with a navigation filter could not be simulated: ${message}.`,
     more: "Each outage, and more ways to navigate:",
