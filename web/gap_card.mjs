@@ -89,7 +89,7 @@ export class GapCard {
     const isCompared = shown !== null && shown.stale === null && hasFresh(shown.job.result);
     tell($("gap-sure"), gapSureOf(result, this.#unit.model, isCompared));
     show($("gap-reason"), result.verdict !== "cannot_judge"); // there it stands above
-    say($("gap-reason"), result.reason);
+    say($("gap-reason"), plain(result.reason));
     const carried = carriedBy(this.#unit.model);
     show($("gap-next-box"), accepted ? !isCompared : stale === null);
     tell($("gap-next"), gapNextOf(result, carried));
@@ -125,7 +125,7 @@ export class GapCard {
     show($("gap-terms-box"), terms.length > 0);
     $("gap-terms").replaceChildren(...terms.map(({ sizes, lab_only: labOnly }) => {
       const line = element("li", "");
-      line.append(english(sizes.join("; ")), Object.assign(element("span", ` ${labOnly ? G.card.labOnly : G.card.inFile}`), { className: "why" }));
+      line.append(english(plain(sizes.join("; "))), Object.assign(element("span", ` ${labOnly ? G.card.labOnly : G.card.inFile}`), { className: "why" }));
       return line;
     }));
   }

@@ -192,6 +192,12 @@ export function intervalText(ci95) {
   return G.shown.interval(low, high);
 }
 
+/** Sensors in whose mean the terms show; of terms that never do, those that they are in. */
+function sensorsOf(terms) {
+  const inTheMean = terms.filter(({ name }) => !OUTSIDE_THE_MEAN.includes(name));
+  return new Set((inTheMean.length > 0 ? inTheMean : terms).flatMap(({ parts }) => parts.flatMap((part) => part.sensors)));
+}
+
 /** Whether a comparison has seen a fresh run. */
 export const hasFresh = ({ runs }) => runs.some(({ use }) => use === "fresh");
 
@@ -201,7 +207,7 @@ export function shownText({ before, model, terms, runs, sensors }) {
   if (terms.length === 0) return G.shown.noTerms(model);
   const models = G.shown.models(before, model);
   if (fresh === 0) return G.shown.noFresh(models);
-  const acted = new Set(terms.flatMap(({ parts }) => parts.flatMap((part) => part.sensors)));
+  const acted = sensorsOf(terms);
   const judged = Object.entries(sensors).filter(([name, sensor]) => acted.has(name) && sensor.fresh !== null);
   const closer = judged.filter(([, { fresh: part }]) => part.after_rms < part.before_rms);
   const said = G.shown.closer(models, fresh, closer.length, judged.length);

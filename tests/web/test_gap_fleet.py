@@ -303,7 +303,7 @@ class Page(BrowserTest, WithStation):
         self.browser.run("document.querySelector('#accept-effects input').click()")
         self.click("#accept-send")
         self.done("gap_accept")
-        self.see("#gap-terms", "sensor_lag")
+        self.see("#gap-terms", "sensor lag")
         self.see("#gap-stale", "fitted again since")
         self.see("#gap-verdict-title", "EFFECT ACCEPTED")
         self.see("#gap-verdict-text", "found sensor lag in model 1. Model 2 carries it.")
