@@ -117,13 +117,11 @@ Result<json> release_of_listed(const db::Catalog& catalog, const json& unit) {
   return state == "verified" || state == "released" ? release_part(catalog, unit) : json();
 }
 
-/// Whether somebody has searched for what the newest model lacks, or accepted into it what a search had found.
+/// Whether a search for what the newest model lacks is kept, or the model carries what one has found: that is known.
 bool gap_is_searched(const JobRunner& jobs, const json& unit) {
-  if (unit["model"].is_null()) return false;
+  if (unit["gap_searched"] == true) return true;
   const json search = jobs.newest(unit["unit"], "gap_find");
-  if (search.is_object() && is_of_model(search, unit["model"])) return true;
-  const json accepted = jobs.newest(unit["unit"], "gap_accept");
-  return accepted.is_object() && accepted.value("/result/model"_json_pointer, json()) == unit["model"]["version"];
+  return search.is_object() && is_of_model(search, unit["model"]);
 }
 
 Result<json> answer_units(RunArchive& runs, const JobRunner& jobs, const Parameters& parameters) {
