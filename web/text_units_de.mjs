@@ -102,7 +102,7 @@ export const text = {
   },
   judged: {
     title: "Größte Fehler und Grenzwerte, je Sensor",
-    heads: ["Kurve", "Größter Fehler", "U (95 %)", "Grenzwert", "Einheit", "Bei, °C", "Urteil"],
+    heads: ["Kurve", "Größter Fehler", "Unsicherheit U (95 %)", "Grenzwert", "Einheit", "Bei, °C", "Urteil"],
     about: "Bestanden hat, was mit U dazu innerhalb des Grenzwerts bleibt; nicht bestanden, was auch ohne U darüber liegt. Was seinem Grenzwert am nächsten ist, steht zuerst.",
     curve: (sensor, isScale) => (isScale ? `${sensor}, Skala` : sensor),
     nearest: (curve, worst, guard, limit, unit, temp) => `Dem Grenzwert am nächsten: ${curve}, ${worst} ± ${guard} ${unit} bei ${temp} °C, Grenzwert ${limit} ${unit}.`,

@@ -99,7 +99,7 @@ export const text = {
   },
   judged: {
     title: "Worst errors and limits, by sensor",
-    heads: ["Curve", "Worst error", "U (95 %)", "Limit", "Unit", "At, °C", "Verdict"],
+    heads: ["Curve", "Worst error", "Uncertainty U (95 %)", "Limit", "Unit", "At, °C", "Verdict"],
     about: "Passed is what stays within its limit with U added, failed what is beyond it with U taken off. The nearest to its limit stands first.",
     curve: (sensor, isScale) => (isScale ? `${sensor}, scale` : sensor),
     nearest: (curve, worst, guard, limit, unit, temp) => `Nearest to its limit: ${curve}, ${worst} ± ${guard} ${unit} at ${temp} °C, limit ${limit} ${unit}.`,

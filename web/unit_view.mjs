@@ -236,7 +236,7 @@ function warningLine({ code, text, remedy, sensors, urgency }) {
   const name = U.warnings.name(code);
   const said = name === "" && sensors.length === 1 && text.startsWith(sensors[0]);
   const who = sensors.length > 0 && !said ? `${sensors.map(sensorText).join(", ")}: ` : "";
-  line.append(`${who}${name}${name && ": "}`, english(text.endsWith(".") ? text : `${text}.`));
+  line.append(`${who}${name}${name && ": "}`, english(text), ...(text.endsWith(".") ? [] : ["."]));
   const toDo = Object.assign(element("span", ""), { className: "why" });
   tell(toDo, [" ", U.warnings.remedy(code, remedy)]);
   if (remedy) line.append(toDo);

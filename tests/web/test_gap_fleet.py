@@ -304,7 +304,7 @@ class Page(BrowserTest, WithStation):
         self.click("#accept-send")
         self.done("gap_accept")
         self.see("#gap-terms", "sensor lag")
-        self.see("#gap-stale", "fitted again since")
+        self.see("#gap-stale", "of before its effects were accepted")
         self.see("#gap-verdict-title", "EFFECT ACCEPTED")
         self.see("#gap-verdict-text", "found sensor lag in model 1. Model 2 carries it.")
         self.see("#unit-jobs", "Accepted: unit SN0042, model 1, sensor lag; made model 2")
