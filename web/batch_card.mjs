@@ -44,16 +44,19 @@ export class BatchCard {
   }
 
   /**
-   * What can be done, as /api/v1/units says. Which of the verified ones may be released the station judges when it is asked to.
+   * What can be done, as /api/v1/units says. The station judges again which may be released when it is asked to.
    * @param {import("./documents.mjs").PlainAnswers["units"]} document
    */
   offer({ units, check_campaigns: campaigns }) {
     const toFit = units.filter(({ to_fit }) => to_fit > 0).length;
-    const verified = units.filter(({ model }) => model?.state === "verified").length;
-    this.#can = { fit_all: toFit > 0, verify_all: campaigns.length > 0 && units.some(({ model }) => model !== null), release_all: verified > 0 };
+    const verified = units.filter(({ model }) => model?.state === "verified");
+    const may = verified.filter(({ release }) => release?.obstacles.length === 0);
+    const notSearched = may.filter(({ gap_searched: isSearched }) => !isSearched).length;
+    this.#can = { fit_all: toFit > 0, verify_all: campaigns.length > 0 && units.some(({ model }) => model !== null), release_all: may.length > 0 };
     show($("units-batch"), units.length > 0);
     say($("units-to-fit"), `${U.batch.toFit(toFit)} ${U.batch.leftAlone}`);
-    say($("units-verified"), U.releaseAll.waiting(verified));
+    const blocked = verified.length - may.length;
+    say($("units-verified"), U.releaseAll.waiting(may.length) + (blocked > 0 ? U.releaseAll.blocked(blocked) : "") + (notSearched > 0 ? U.releaseAll.notSearched(notSearched) : ""));
     this.#campaigns = campaigns;
     this.#offerCampaigns();
     show($("units-campaign-box"), campaigns.length > 0);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What became of the units of a job of all, in words. Nothing here touches the page.
 
+import { obstacleParts } from "./obstacle_words.mjs";
 import { U, verdictOf } from "./unit_words.mjs";
 
 const VERDICTS = ["pass", "marginal", "fail", "info"];
@@ -62,6 +63,6 @@ export function restOf({ kind, result }) {
     ];
   }
   return units.filter(({ obstacles }) => obstacles.length > 0).map(({ unit, model, state, obstacles }) => ({
-    unit, parts: [state === "released" ? U.releaseAll.againstTheRule(model) : U.releaseAll.notReleased(model), { english: obstacles.join("; ") }],
+    unit, parts: [state === "released" ? U.releaseAll.againstTheRule(model) : U.releaseAll.notReleased(model), ...obstacleParts(obstacles)],
   }));
 }

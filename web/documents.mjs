@@ -208,6 +208,8 @@
  * @property {{version: number, epoch: number, created_utc_s: number, state: Model["state"]} | null} model
  * @property {string | null} trouble
  * @property {Verdict | null} verdict
+ * @property {{obstacles: string[], expires: string | null} | null} release
+ * @property {boolean} gap_searched
  */
 
 /**

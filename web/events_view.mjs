@@ -9,14 +9,19 @@ import { textsOf } from "./text.mjs";
 /** @type {typeof import("./text_events_en.mjs").text} */
 const E = await textsOf("events");
 
+/** A kind of event in words. */
+const kindText = (kind) => (Object.hasOwn(E.kinds, kind) ? E.kinds[kind] : kind.replaceAll("_", " "));
+
 /** Where the event log about a unit, a run or a campaign is. */
 const eventsAddress = (asked) => `#${new URLSearchParams({ events: "", ...asked })}`;
 
+const RUN_ID = /^[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}$/;
 const FIELDS = ["kind", "subject", "user", "from", "to"];
 
 export class EventsView {
   #asked = ""; // the question, without the page
   #oldest = null; // number of the last event shown
+  #runs = new Map(); // number → the run, of those that events are about
   #opened = 0; // counts the requests: only the answer to the last one is shown
 
   constructor() {
@@ -41,7 +46,7 @@ export class EventsView {
   }
 
   #addKind(kind) {
-    $("audit-kind").append(Object.assign(element("option", kind), { value: kind, lang: "en" }));
+    $("audit-kind").append(Object.assign(element("option", kindText(kind)), { value: kind }));
   }
 
   #question() {
@@ -63,7 +68,7 @@ export class EventsView {
     const known = new Set([...$("audit-kind").options].map(({ value }) => value));
     for (const kind of page.kinds) if (!known.has(kind)) this.#addKind(kind);
     $("audit-users").replaceChildren(...page.users.map((user) => new Option("", user)));
-    $("audit").tBodies[0].replaceChildren(...page.events.map(eventRow));
+    $("audit").tBodies[0].replaceChildren(...this.#rows(page.events));
     show($("audit"), page.events.length > 0);
     say($("audit-nothing"), page.events.length === 0 ? E.none : "");
   }
@@ -71,10 +76,32 @@ export class EventsView {
   async #older() {
     const page = await this.#page();
     if (page === null) return;
-    const first = eventRow(page.events[0]);
+    const [first, ...others] = this.#rows(page.events);
     first.tabIndex = -1;
-    $("audit").tBodies[0].append(first, ...page.events.slice(1).map(eventRow));
+    $("audit").tBodies[0].append(first, ...others);
     first.focus(); // the button may go away, and reading goes on here
+  }
+
+  /** What happened several times one after the other, in the same words, is one row with the newest time. */
+  #rows(events) {
+    const gathered = [];
+    for (const event of events) {
+      const last = gathered.at(-1);
+      const isSame = last !== undefined && ["kind", "subject", "user", "text"].every((key) => last.event[key] === event[key]);
+      if (isSame) last.times += 1;
+      else gathered.push({ event, times: 1 });
+    }
+    return gathered.map(({ event, times }) => eventRow(event, times, this.#runs.get(event.subject) ?? null));
+  }
+
+  /** Looks up the runs that events are about, once for each page that has one that is not known. */
+  async #lookUpRuns(events) {
+    if (!events.some(({ subject }) => RUN_ID.test(subject) && !this.#runs.has(subject))) return;
+    try {
+      for (const run of (await get("runs")).runs) this.#runs.set(run.run_id, run);
+    } catch (error) {
+      console.warn("no runs:", error.message); // their numbers stand there then
+    }
   }
 
   /** The next page of what was asked for; null where it did not come, or something else is asked for by now. */
@@ -86,6 +113,7 @@ export class EventsView {
     $("audit-older").disabled = true;
     try {
       const page = await get(`audit?${question}`);
+      await this.#lookUpRuns(page.events);
       if (mine !== this.#opened) return null;
       this.#oldest = page.events.at(-1)?.number ?? this.#oldest;
       show($("audit-older"), page.has_older);
@@ -118,7 +146,8 @@ export class EventsView {
   }
 }
 
-function eventRow({ utc_s, kind, subject, user, text }) {
+/** `run`: that it is about; null: about something else, or one that is not listed. */
+function eventRow({ utc_s, kind, subject, user, text }, times, run) {
   const row = element("tr", "");
   const time = element("td", "");
   time.append(Object.assign(element("time", clock(utc_s)), { dateTime: new Date(utc_s * 1000).toISOString() }));
@@ -127,7 +156,11 @@ function eventRow({ utc_s, kind, subject, user, text }) {
     cell.append(english(words));
     return cell;
   };
-  row.append(time, own(kind), element("td", subject), element("td", user ?? E.notRecorded), own(text));
+  const about = element("td", run === null ? subject : "");
+  if (run !== null) about.append(Object.assign(element("a", E.run(run.run, run.campaign)), { href: `#${new URLSearchParams({ run: run.run_id, unit: run.unit })}`, title: subject }));
+  const what = own(text);
+  if (times > 1) what.append(E.times(times));
+  row.append(time, element("td", kindText(kind)), about, element("td", user ?? E.station), what);
   // On a narrow screen the style sheet makes blocks of them, which are no row and cells by themselves.
   row.role = "row";
   for (const cell of row.cells) cell.role = "cell";

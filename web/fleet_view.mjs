@@ -6,6 +6,7 @@ import { get } from "./api.mjs";
 import { $, element, english, say, show } from "./dom.mjs";
 import { BELOW, draw, Panel, TOP } from "./figure.mjs";
 import { CURVES, driftText, F, findingsOf, outlierText, ruleText, shownUnit, summaryOf, yieldOf } from "./fleet_words.mjs";
+import { UNKNOWN } from "./format.mjs";
 import { badge } from "./runs_view.mjs";
 import { sensorText, verdictOf } from "./unit_words.mjs";
 import { unitAddress } from "./views.mjs";
@@ -107,7 +108,7 @@ export class FleetView {
       node.append(...parts);
       return node;
     };
-    const lines = (texts) => texts.map((text) => element("p", text));
+    const lines = (texts) => (texts.length === 0 ? [UNKNOWN] : texts.map((text) => element("p", text)));
     const why = whyNotJudged(unit);
     row.append(cell(link), cell(badge({ text: title, state }), ...(why === null ? [] : [whyLine(why)])),
       cell(...lines(outliers.map(outlierText))), cell(...lines(drifts.map(driftText))));
@@ -167,13 +168,15 @@ function sensorCard(name, sensor, curve) {
   const panel = new Panel(TOP, HEIGHT - BELOW, new Axis(temps_c[0] - room, temps_c.at(-1) + room), axisOf([...values, ...band.flatMap(([, low, high]) => [low, high])]),
     F.curves.axes.temp, F.curves.axes[curve](unit));
   panel.band(band, "pi95");
-  for (const { points } of lines.filter(({ outlier }) => !outlier)) drawLine(panel, points, "each");
-  for (const [i, { points }] of apart.entries()) drawLine(panel, points, `apart ${COLOURS[i % COLOURS.length]}`);
+  // A few units all have a colour and a name; of many, those that stand out.
+  const named = lines.length <= COLOURS.length ? lines : apart;
+  for (const { points } of lines.filter((line) => !named.includes(line))) drawLine(panel, points, "each");
+  for (const [i, { points }] of named.entries()) drawLine(panel, points, `apart ${COLOURS[i % COLOURS.length]}`);
   drawLine(panel, middle, "curve");
   const legend = [["line curve", F.curves.median], ...(band.length > 0 ? [["band pi95", F.curves.spread]] : []),
-    ["line each", units.length > lines.length ? F.curves.some(lines.length, units.length) : F.curves.each],
-    ...apart.slice(0, COLOURS.length).map(({ serial }, i) => [`line ${COLOURS[i]}`, serial])];
-  if (apart.length > COLOURS.length) legend.push(["none", F.curves.more(apart.length - COLOURS.length)]);
+    ...(named.length < lines.length ? [["line each", units.length > lines.length ? F.curves.some(lines.length, units.length) : F.curves.each]] : []),
+    ...named.slice(0, COLOURS.length).map(({ serial }, i) => [`line ${COLOURS[i]}`, serial])];
+  if (named.length > COLOURS.length) legend.push(["none", F.curves.more(named.length - COLOURS.length)]);
   draw(figure, HEIGHT, [panel], legend);
   caption.firstElementChild.remove(); // the card's title says it
   card.append(title, figure);

@@ -3,7 +3,7 @@
 
 import { $, element, english, say, show, tell } from "./dom.mjs";
 import { clock } from "./format.mjs";
-import { acceptsNext, closedText, evidenceOf, G, gapNextOf, gapSureOf, gapText, gapVerdictOf, intervalText, isAccepted, isOpen, outsideText, sensorsText, shownText, sizeText, slowNoiseRows, small, smallUnitOf, stepRows } from "./gap_words.mjs";
+import { acceptsNext, closedText, evidenceOf, G, gapNextOf, gapSureOf, gapText, gapVerdictOf, intervalText, hasFresh, isAccepted, isOpen, openEffect, outsideText, plain, sensorsText, shownText, sizeText, slowNoiseRows, small, smallUnitOf, stepRows } from "./gap_words.mjs";
 import { heatTable, mapKey } from "./heat_map.mjs";
 import { runningText } from "./job_words.mjs";
 import { sensorText } from "./unit_words.mjs";
@@ -74,7 +74,9 @@ export class GapCard {
     show($("gap-stale"), find !== null && find.stale !== null);
     if (find === null) return;
     const { job } = find;
-    tell($("gap-stale"), G.card.stale(job.result.model, clock(job.started_utc_s), job.user, find.stale));
+    const [version, time] = [job.result.model, clock(job.started_utc_s)];
+    const isOfBefore = isAccepted(job.result, this.#unit.model);
+    tell($("gap-stale"), isOfBefore ? G.card.before(version, time, job.user) : G.card.stale(version, time, job.user, find.stale));
   }
 
   #renderSearch({ job: { result }, stale }) {
@@ -83,12 +85,16 @@ export class GapCard {
     $("gap-verdict").dataset.state = accepted || stale === null ? state : "";
     say($("gap-verdict-title"), title);
     tell($("gap-verdict-text"), gapText(result, this.#unit.model));
-    tell($("gap-sure"), gapSureOf(result, this.#unit.model));
+    const shown = this.#unit.gap.show;
+    const isCompared = shown !== null && shown.stale === null && hasFresh(shown.job.result);
+    tell($("gap-sure"), gapSureOf(result, this.#unit.model, isCompared));
     show($("gap-reason"), result.verdict !== "cannot_judge"); // there it stands above
-    say($("gap-reason"), result.reason);
-    show($("gap-next-box"), stale === null);
-    tell($("gap-next"), gapNextOf(result, carriedBy(this.#unit.model)));
-    $("gap-effects").replaceChildren(...[...result.effects, ...result.suspects].map(effectCard));
+    say($("gap-reason"), plain(result.reason));
+    const carried = carriedBy(this.#unit.model);
+    show($("gap-next-box"), accepted ? !isCompared : stale === null);
+    tell($("gap-next"), gapNextOf(result, carried));
+    show($("gap-how"), result.verdict === "named" && openEffect(result.effects.filter(({ name }) => !carried.includes(name))) !== undefined);
+    $("gap-effects").replaceChildren(...[...result.effects, ...result.suspects].map((effect) => effectCard(effect, carried.includes(effect.name))));
     const hasMap = result.map !== undefined && result.map !== null;
     show($("gap-map"), hasMap);
     if (hasMap) this.#renderMap();
@@ -119,7 +125,7 @@ export class GapCard {
     show($("gap-terms-box"), terms.length > 0);
     $("gap-terms").replaceChildren(...terms.map(({ sizes, lab_only: labOnly }) => {
       const line = element("li", "");
-      line.append(english(sizes.join("; ")), Object.assign(element("span", ` ${labOnly ? G.card.labOnly : G.card.inFile}`), { className: "why" }));
+      line.append(english(plain(sizes.join("; "))), Object.assign(element("span", ` ${labOnly ? G.card.labOnly : G.card.inFile}`), { className: "why" }));
       return line;
     }));
   }
@@ -163,7 +169,8 @@ const carriedBy = (model) => (model?.terms ?? []).map(({ name }) => name);
 
 const chosenEffects = () => [...$("accept-effects").querySelectorAll("input:checked")].map(({ value }) => value);
 
-function effectCard(effect) {
+/** `isCarried`: by the model; no experiment is asked for then. */
+function effectCard(effect, isCarried) {
   const card = element("section", "");
   card.className = "effect";
   const title = element("h3", effect.status === "named" ? G.effectTitle(effect.name) : G.evidence.suspected(effect.name));
@@ -176,7 +183,7 @@ function effectCard(effect) {
   }));
   card.append(title, Object.assign(element("p", effect.physics), { lang: "en" }), list);
   if (outsideText(effect)) card.append(element("p", outsideText(effect)));
-  if (effect.next_experiment !== null) card.append(told("p", [G.evidence.experiment, { english: effect.next_experiment }, "."]));
+  if (effect.next_experiment !== null && !isCarried) card.append(told("p", [G.evidence.experiment, { english: plain(effect.next_experiment) }, "."]));
   return card;
 }
 

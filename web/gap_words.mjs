@@ -11,6 +11,7 @@ export const G = await textsOf("gap");
 /** States of a badge. */
 const VERDICTS = { none: "finished", named: "waiting", accepted: "finished", unknown: "failed", cannot_judge: "" };
 const HARDLY_ANY = 1e-6; // chance below which nobody asks for the figure
+const FAR_ABOVE = 3; // floors, from which on a gap that nothing was accepted for is told
 const MOST_PER_CENT = 999; // beyond, a fraction says only that the gap was small
 
 /** {title, state} of a search's verdict. */
@@ -25,6 +26,9 @@ export const small = (value, digits = 2) => (value === null || value === undefin
 export const sizeText = ({ magnitude, shape }) => `${significant(magnitude.value, 3)} ${readable(magnitude.unit)}${shape ? `, ${shape}` : ""}`;
 
 export const sensorsText = (sensors) => (sensors.length === 6 ? G.allSensors : sensors.map(sensorText).join(", "));
+
+/** What the station says of an experiment, as people write it: names without underscores, a true minus sign. */
+export const plain = (text) => text.replace(/([a-z])_(?=[a-z])/g, "$1 ").replace(/(^|\s)-(?=\d)/g, "$1−");
 
 /**
  * Whether all that a search of an earlier model has found is in the newest one by now.
@@ -98,14 +102,14 @@ const OUT = 1e-6;
 export const isOpen = ({ confusable_with: rivals, odds }) => rivals.some((name) => (odds[name] ?? 1) >= OUT);
 
 /**
- * How sure that is, and what it cannot be told from.
+ * How sure that is, and what it cannot be told from; `isCompared`: fresh runs were, with what was accepted.
  * @param {import("./documents.mjs").GapFind} result
  * @param {import("./documents.mjs").Model} newest
  * @returns {import("./dom.mjs").Part[]}
  */
-export function gapSureOf(result, newest) {
+export function gapSureOf(result, newest, isCompared = false) {
   const { verdict, effects, suspects, residual_structure: structure, held_out: heldOut, detection_limit: limit, reason } = result;
-  if (isAccepted(result, newest)) return [G.sure.accepted];
+  if (isAccepted(result, newest)) return [isCompared ? G.sure.compared : G.sure.accepted];
   if (verdict === "none") return [G.sure.none(limitsText(limit))];
   if (verdict === "cannot_judge") return G.sure.cannotJudge(reason);
   if (verdict === "unknown") {
@@ -122,7 +126,7 @@ export function gapSureOf(result, newest) {
 }
 
 /** The effect that an experiment has to be recorded for before it is accepted, if any; `effects`: those that the model does not carry. */
-const openEffect = (effects) => effects.find((effect) => effect.next_experiment !== null && isOpen(effect));
+export const openEffect = (effects) => effects.find((effect) => effect.next_experiment !== null && isOpen(effect));
 
 /** Whether accepting is what is to be done next. */
 export const acceptsNext = ({ effects }, carried) => openEffect(effects.filter(({ name }) => !carried.includes(name))) === undefined;
@@ -149,7 +153,7 @@ export function gapNextOf({ verdict, effects: found, residual_structure: structu
   const effects = found.filter(({ name }) => !carried.includes(name));
   if (effects.length === 0) return [G.next.carried];
   const open = openEffect(effects);
-  if (open) return G.next.tell(open.name, open.confusable_with, open.next_experiment);
+  if (open) return G.next.tell(open.name, open.confusable_with, plain(open.next_experiment));
   return [G.next.accept(effects.length === found.length ? [] : effects.map(({ name }) => name))];
 }
 
@@ -197,14 +201,36 @@ export function intervalText(ci95) {
   return G.shown.interval(low, high);
 }
 
-/** What fresh runs say of the accepted effects, in a sentence. */
+/** Sensors in whose mean the terms show; of terms that never do, those that they are in. */
+function sensorsOf(terms) {
+  const inTheMean = terms.filter(({ name }) => !OUTSIDE_THE_MEAN.includes(name));
+  return new Set((inTheMean.length > 0 ? inTheMean : terms).flatMap(({ parts }) => parts.flatMap((part) => part.sensors)));
+}
+
+/** Whether a comparison has seen a fresh run. */
+export const hasFresh = ({ runs }) => runs.some(({ use }) => use === "fresh");
+
+/** What fresh runs say of the accepted effects, in a sentence; and beside it what was expected. */
 export function shownText({ before, model, terms, runs, sensors }) {
   const fresh = runs.filter(({ use }) => use === "fresh").length;
   if (terms.length === 0) return G.shown.noTerms(model);
   const models = G.shown.models(before, model);
   if (fresh === 0) return G.shown.noFresh(models);
-  const acted = new Set(terms.flatMap(({ parts }) => parts.flatMap((part) => part.sensors)));
+  const acted = sensorsOf(terms);
   const judged = Object.entries(sensors).filter(([name, sensor]) => acted.has(name) && sensor.fresh !== null);
   const closer = judged.filter(([, { fresh: part }]) => part.after_rms < part.before_rms);
-  return G.shown.closer(models, fresh, closer.length, judged.length);
+  const said = G.shown.closer(models, fresh, closer.length, judged.length);
+  return closer.length < judged.length ? said : said + expectedText(terms, judged, Object.entries(sensors).filter(([name]) => !acted.has(name)));
+}
+
+/** How the closed part of the gap lies to what was expected when the effects were accepted; "" where nothing was. `others`: sensors that they do not act on. */
+function expectedText(terms, judged, others) {
+  const expected = terms.at(-1)?.gap ?? {};
+  const known = judged.filter(([name, { fresh }]) => fresh.closed_fraction !== null && expected[name]?.closed_ci95);
+  if (known.length === 0) return "";
+  const less = known.filter(([name, { fresh }]) => fresh.closed_fraction < expected[name].closed_ci95[0]);
+  if (less.length === 0) return G.shown.asExpected;
+  const off = others.filter(([, { fresh }]) => fresh !== null && fresh.after_rms > FAR_ABOVE * fresh.floor_rms);
+  const names = (list) => list.map(([name]) => sensorText(name)).join(", ");
+  return G.shown.less(names(less)) + (off.length > 0 ? G.shown.curve(names(off)) : G.shown.searchAgain);
 }

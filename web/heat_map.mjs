@@ -3,7 +3,7 @@
 // chance.
 
 import { element } from "./dom.mjs";
-import { number, setTemperature } from "./format.mjs";
+import { number, written } from "./format.mjs";
 import { G, small, smallUnitOf } from "./gap_words.mjs";
 import { sensorText } from "./unit_words.mjs";
 
@@ -31,7 +31,7 @@ export function mapKey() {
 }
 
 function plateauHead({ temp_c, sweep }) {
-  const head = element("th", `${setTemperature(temp_c)} °C `);
+  const head = element("th", `${written(String(Number(temp_c.toFixed(1)) + 0))} °C `);
   head.scope = "row";
   const sign = element("span", SWEEPS[sweep]);
   sign.ariaHidden = "true";

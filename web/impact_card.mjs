@@ -71,7 +71,7 @@ export function renderImpact(card, { impact, version }, unit) {
   const drives = Object.assign(about(`${U.impact.more} `), { id: "unit-drives" });
   drives.append(element("code", `soak nav impact --unit ${unit}`));
   tellDrives(drives, unit, version);
-  card.replaceChildren(title,
-    about(U.impact.about(number(impact.from_c, 1), number(impact.to_c, 1))),
-    table(impact.free_inertial), ...impact.warnings.map(({ text }) => Object.assign(about(text), { lang: "en" })), drives);
+  const bySensor = element("details", "");
+  bySensor.append(element("summary", U.impact.bySensor), about(U.impact.about(number(impact.from_c, 1), number(impact.to_c, 1))), table(impact.free_inertial));
+  card.replaceChildren(title, bySensor, ...impact.warnings.map(({ text }) => Object.assign(about(text), { lang: "en" })), drives);
 }

@@ -5,8 +5,9 @@ import { get, looksForJobs, post } from "./api.mjs";
 import { $, element, say, show, tell } from "./dom.mjs";
 import { clock } from "./format.mjs";
 import { endedText, madeFrom, runningText, verbOf } from "./job_words.mjs";
+import { obstacleParts } from "./obstacle_words.mjs";
 import { badge } from "./runs_view.mjs";
-import { campaignToVerifyWith, nextOf, U } from "./unit_words.mjs";
+import { campaignToVerifyWith, isBeingChecked, nextOf, U, verdictOf } from "./unit_words.mjs";
 
 const LOOK_AGAIN_MS = 1000;
 const LOOKS_AT_OTHERS = 10; // every so many times where no job is known to run
@@ -84,13 +85,14 @@ export class JobPanel {
     for (const kind of KINDS) $(`unit-${kind}`).classList.toggle("primary", kind === next);
     const isOpen = unit.model?.state === "fitted" || unit.model?.state === "verified";
     const obstacles = isOpen ? (unit.release?.obstacles ?? []) : [];
-    tell($("unit-release-why"), obstacles.length > 0 ? [U.jobs.notReleased, { english: `${obstacles.join("; ")}.` }] : []);
+    tell($("unit-release-why"), obstacles.length > 0 ? [U.jobs.notReleased, ...obstacleParts(obstacles)] : []);
     this.#showEnded();
     this.#enable();
   }
 
   /** Those that a fit has seen stand there, too, so that nobody looks for them in vain. What somebody has chosen stays chosen. */
-  #offerCampaigns({ model, verify_with: fresh, fitted_to: fitted }, open) {
+  #offerCampaigns(unit, open) {
+    const { model, verify_with: fresh, fitted_to: fitted } = unit;
     const chosen = $("unit-campaign").value;
     const option = (text, value, disabled) => Object.assign(element("option", text), { value, disabled });
     $("unit-campaign").replaceChildren(
@@ -103,6 +105,7 @@ export class JobPanel {
     else if (own !== null) $("unit-campaign").value = own;
     $("unit-campaign").disabled = fresh.length === 0;
     show($("unit-campaign-none"), model !== null && fresh.length === 0);
+    say($("unit-campaign-none"), isBeingChecked(unit, open) ? U.jobs.beingChecked(open.name) : U.jobs.noCampaign);
   }
 
   /** Released models stay so when the next one is fitted: their files can be had until that is released, too. */
@@ -142,11 +145,13 @@ export class JobPanel {
     const busy = this.#running !== null || this.#unit === null;
     const hasModel = this.#unit?.model != null;
     $("unit-fit").disabled = busy || this.#unit.to_fit === 0;
-    $("unit-verify").disabled = busy || !hasModel || this.#unit.verify_with.length === 0;
+    const isOlder = hasModel && this.#unit.model.epoch !== this.#unit.epoch; // of the unit before its repair
+    $("unit-verify").disabled = busy || !hasModel || isOlder || this.#unit.verify_with.length === 0;
     $("unit-report").disabled = busy || !hasModel;
     $("unit-release").disabled = busy || !hasModel || this.#unit.model.state === "released" || this.#unit.release.obstacles.length > 0;
-    const isWithdrawn = this.#unit?.model?.state === "withdrawn" && this.#olderVersion() === null;
-    $("unit-export").disabled = busy || !hasModel || (isWithdrawn && $("unit-format").value !== OF_RUNS);
+    const isUnfit = (isOlder || this.#unit?.model?.state === "withdrawn") && this.#olderVersion() === null;
+    $("unit-export").disabled = busy || !hasModel || (isUnfit && $("unit-format").value !== OF_RUNS);
+    say($("unit-older-why"), isOlder ? U.jobs.beforeRepair(this.#unit.model.version) : "");
     this.#took(busy, this.#running);
   }
 
@@ -218,7 +223,9 @@ export class JobPanel {
   #take(jobs) {
     this.#running = jobs.find(({ state }) => state === "running") ?? null;
     this.#showRunning();
-    const own = jobs.filter(({ unit, state }) => unit === this.#serial && state !== "running").slice(0, MOST_SHOWN);
+    // A verification of all has judged this unit, too.
+    const isOurs = ({ unit, kind, state }) => state !== "running" && (unit === this.#serial || (kind === "verify_all" && state === "done"));
+    const own = jobs.filter(isOurs).slice(0, MOST_SHOWN);
     const about = own.map(({ id }) => id).join(" ");
     if (about !== this.#shown) {
       const isFirst = this.#shown === null;
@@ -243,11 +250,12 @@ export class JobPanel {
 
   /** Anew only where they say something else: somebody may be about to press a download. */
   #showEnded() {
-    const lines = this.#ended.map((job) => ({ job, from: madeFrom(job, this.#unit?.model ?? null) }));
-    const about = lines.map(({ job, from }) => `${job.id} ${from}`).join("\n");
+    const lines = this.#ended.map((job) => ({ job, from: madeFrom(job, this.#unit?.model ?? null, this.#unit?.verification ?? null) }));
+    const judged = this.#unit?.verification ?? null;
+    const about = lines.map(({ job, from }) => `${job.id} ${from} ${verdictIn(job, judged)}`).join("\n");
     if (about === this.#lines) return;
     this.#lines = about;
-    $("unit-jobs").replaceChildren(...lines.map(({ job, from }) => jobLine(job, from)));
+    $("unit-jobs").replaceChildren(...lines.map(({ job, from }) => jobLine(job, from, verdictIn(job, judged))));
   }
 
   #showRunning() {
@@ -264,9 +272,13 @@ const spoken = (job) => {
   return [`${title}: ${text}. `, { english: why }];
 };
 
-/** `from`: as madeFrom() says. */
-function jobLine(job, from) {
-  const { title, badge: mark, text } = endedText(job);
+/** What a job of all units said of this one, if that was the last verification; else null. */
+const verdictIn = ({ id, unit }, verification) => (unit === "" && verification?.job.id === id ? verification.job.result.verdict : null);
+
+/** `from`: as madeFrom() says; `verdict`: as verdictIn(). */
+function jobLine(job, from, verdict) {
+  const { title, badge: own, text } = endedText(job);
+  const mark = verdict === null ? own : { text: verdictOf(verdict).title, state: verdictOf(verdict).state };
   const line = element("li", "");
   line.dataset.state = job.state;
   const head = element("div", "");

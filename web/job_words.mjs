@@ -47,12 +47,15 @@ const detailOf = ({ kind, format, effects, sign, result }) => {
  * Which model a file was made from, and whether that is still the newest as it is now; "" where it was made from none.
  * @param {import("./documents.mjs").Job} job
  * @param {import("./documents.mjs").Model | null} newest
+ * @param {import("./documents.mjs").Kept | null} verification the last one of that
  */
-export function madeFrom({ kind, state, result }, newest) {
+export function madeFrom({ kind, state, result, started_utc_s: started }, newest, verification = null) {
   const version = result?.model ?? null;
   if (state !== "done" || version === null || (kind !== "report" && kind !== "export")) return "";
   if (newest !== null && newest.version !== version) return U.jobs.madeFromOlder(version, newest.version);
   if (newest?.state === "withdrawn") return U.jobs.madeFromWithdrawn(version);
+  const verdict = verification?.stale === null && verification.job.started_utc_s > started ? verification.job.result.verdict : "pass";
+  if (verdict !== "pass") return U.jobs.madeBeforeVerdict(version, verdictOf(verdict).title);
   const isMarked = result.unreleased === true;
   return isMarked && newest?.state === "released" ? U.jobs.madeBeforeRelease(version) : U.jobs.madeFrom(version);
 }

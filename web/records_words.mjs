@@ -50,8 +50,16 @@ export function ratingText({ temp_min_c, temp_max_c }) {
   return C.types.range(number(temp_min_c, 0), number(temp_max_c, 0));
 }
 
-/** "gyro_x 0.05 deg/s, accel_x 0.02 m/s²": the limits that soak verify asks for. */
+/** Of one kind of sensor, by axis; the same of all three is said once. */
+function limitsOf(kind, limits) {
+  const names = ["x", "y", "z"].map((axis) => kind.replace(/^[a-z]+/, (sensor) => `${sensor}_${axis}`));
+  const values = names.map((name) => limits[name]);
+  if (values.every((value) => value !== undefined && value === values[0])) return [C.types.allAxes(kind, written(String(values[0])))];
+  return names.filter((name) => limits[name] !== undefined).map((name) => C.types.limit(name, written(String(limits[name]))));
+}
+
+/** "gyros, bias 0.05 °/s, accel x 0.02 m/s²": the limits that soak verify asks for. */
 export function limitsText(limits) {
-  const listed = Object.entries(limits).map(([name, value]) => C.types.limit(name, written(String(value))));
+  const listed = ["gyro", "accel", "gyro_scale_ppm", "accel_scale_ppm"].flatMap((kind) => limitsOf(kind, limits));
   return listed.length === 0 ? C.types.noLimits : listed.join(", ");
 }

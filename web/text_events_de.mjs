@@ -18,7 +18,16 @@ export const text = {
   time: "Zeit",
   what: "Was",
   older: "Ältere",
-  notRecorded: "nicht aufgezeichnet",
+  station: "die Station",
+  run: (label, campaign) => `${label} der Kampagne ${campaign}`,
+  times: (count) => ` (${count}-mal)`,
+  kinds: {
+    alarm_sent: "Alarmnachricht", backup_made: "Sicherung", calibration_exported: "Export", campaign: "Kampagne", campaign_aborted: "Kampagne abgebrochen", campaign_begun: "Kampagne begonnen",
+    campaign_failed: "Kampagne gescheitert", campaign_finished: "Kampagne fertig", campaign_interrupted: "Kampagne unterbrochen", campaign_paused: "Kampagne angehalten", campaign_running: "Kampagne läuft",
+    device: "Gerät", epoch_begun: "Reparatur oder Änderung", gap_accepted: "Effekt angenommen", job_ended: "Auftrag beendet", job_started: "Auftrag begonnen", key_made: "Schlüssel erzeugt",
+    model_added: "Modell entstanden", model_released: "Modell freigegeben", model_verified: "Modell verifiziert", nothing_to_void: "für ungültig erklärt, ohne Daten", prompt: "Frage an den Bediener", reference: "Prüfmittel",
+    reference_added: "Kalibrierschein eingetragen", run: "Lauf", run_added: "Lauf gespeichert", segment: "Segment", station_set_up: "Station eingerichtet", step: "Schritt", unit: "Prüfling", verification: "Verifizierung", voided: "für ungültig erklärt",
+  },
   chain: {
     title: "Ist das Protokoll so, wie es geschrieben wurde?",
     check: "Kette prüfen",

@@ -17,7 +17,17 @@ export const text = {
   time: "Time",
   what: "What",
   older: "Older",
-  notRecorded: "not recorded",
+  station: "the station",
+  /** A run by its label, instead of its number. */
+  run: (label, campaign) => `${label} of ${campaign}`,
+  /** How often the same happened one after the other. */
+  times: (count) => ` (${count} times)`,
+  /** Kinds that the station names for programs; others are written as they are, with spaces. */
+  kinds: {
+    alarm_sent: "alarm message", backup_made: "backup", calibration_exported: "export", campaign_begun: "campaign begun", device: "device", epoch_begun: "repair or change", gap_accepted: "effect accepted",
+    job_ended: "job ended", job_started: "job started", key_made: "key made", model_added: "model made", model_released: "model released", model_verified: "model verified",
+    nothing_to_void: "void without data", prompt: "question to the operator", reference_added: "certificate entered", run_added: "run stored", voided: "voided",
+  },
   chain: {
     title: "Is the log as it was written?",
     check: "Check the chain",

@@ -54,8 +54,11 @@ export const text = {
     find: "Search",
     show: "Compare before and after",
     none: "Nobody has searched yet, or the result is not kept. A search takes the runs that a fit takes: two of one procedure at least, better six.",
-    next: "What to do next",
+    next: "To close the gap",
+    howToRecord: "How to record it, step by step",
     accept: "Accept…",
+    /** @returns {import("./dom.mjs").Part[]} */
+    before: (version, time, user) => [`This search is of model ${version}, ${time} by ${user}: of before its effects were accepted.`],
     /** @returns {import("./dom.mjs").Part[]} */
     stale: (version, time, user, why) => [`This search is of model ${version}, ${time} by ${user}. It does not hold any more: `, { english: why }, "."],
     terms: "Effects that the model carries",
@@ -102,6 +105,7 @@ export const text = {
     /** @returns {import("./dom.mjs").Part[]} */
     cannotJudge: (reason) => ["Why: ", { english: reason }, "."],
     accepted: "Whether that was right only a run shows that no fit has seen.",
+    compared: "A run that no fit has seen was compared: what it says stands under Before and after.",
   },
   next: {
     none: "The model lacks nothing that these runs can show: go on with what stands at the top.",
@@ -114,7 +118,8 @@ export const text = {
     cannotJudge: "Record another run of the same procedure, or void the run that the reason names. Then search again.",
     carried: "The model carries what was found already: record a run that no fit has seen, then compare before and after.",
     /** @returns {import("./dom.mjs").Part[]} */
-    tell: (name, rivals, experiment) => [`What was found may be ${effect(name)}, or ${either(rivals)}: these runs hardly tell. Before you accept it, record this: `, { english: experiment }, "."],
+    tell: (name, rivals, experiment) => [`What was found may be ${effect(name)}, or ${either(rivals)}: these runs hardly tell. Before you accept it, record this: `, { english: experiment },
+      ". Where it does not matter for the unit's use, leave it, and go on with what stands at the top."],
     /** `names`: of the effects, where not all that were found are to be accepted. */
     accept: (names) => `Accept ${names.length > 0 ? names.map(effect).join(" and ") : "it"}, record a run that no fit has seen, then compare before and after.`,
   },
@@ -123,7 +128,7 @@ export const text = {
     sensors: "In",
     chance: "Chance that scatter looks like it",
     hardlyAny: "below 1 in a million",
-    takes: "Takes of the gap in runs set aside",
+    takes: "Share of the gap that it explains, in runs it was not fitted to",
     rivals: "Nearly as good",
     noRivals: "nothing else",
     suspected: (name) => `Only suspected: ${effect(name)}`,
@@ -139,6 +144,12 @@ export const text = {
     closer: (models, fresh, closer, judged) => `${models}, on ${plural(fresh, { one: `${fresh} fresh run`, other: `${fresh} fresh runs` })}: the gap is smaller in ${
       closer === judged ? "every sensor" : `${closer} of ${judged} sensors`} that the effects act on.`,
     compared: (time, user) => ` Compared ${time} by ${user}.`,
+    /** Behind the sentence above, where fresh runs are judged by what was expected. */
+    asExpected: " As much is closed as was expected.",
+    less: (sensors) => ` In ${sensors} less is closed than was expected when it was accepted. The effect takes its part, as the gap is smaller with it: keep it. The rest is something else.`,
+    /** `sensors`: that no effect acts on. */
+    curve: (sensors) => ` In fresh runs ${sensors}, on which the effects do not act, are far above the floor, too: the curve over temperature does not fit these runs. Mostly they stand between plateaus that are far apart. Verify says whether that keeps the limits; if not, record plateaus closer together and fit again.`,
+    searchAgain: " Record the calibration procedure once more, fit again and search again.",
     /** @returns {import("./dom.mjs").Part[]} */
     stale: (why) => [" It does not hold any more: ", { english: why }, "."],
     heads: ["Sensor", "Runs", "Before", "After", "Floor", "Unit", "Closed", "Expected when accepted (95 %)"],
@@ -152,7 +163,7 @@ export const text = {
     effects: "Effects",
     without: "Without the effects found",
     with: "With them",
-    about: "What the runs read beyond the curve over temperature, mean over the runs; ▲ reached by heating, ▼ by cooling. Coloured is what is more than chance would often make; among so many cells a single one may still be chance, a row or a column is not.",
+    about: "What the runs read beyond the curve over temperature, mean over the runs; ▲ reached by heating, ▼ by cooling. Rows are temperatures that the unit had, not those that were set. Coloured is what is more than chance would often make; among so many cells a single one may still be chance, a row or a column is not.",
     label: (sensor) => `Map of ${sensor}`,
     more: (sigmas) => `reads more, from ${sigmas} sigma`,
     less: (sigmas) => `reads less, from ${sigmas} sigma`,

@@ -5,6 +5,11 @@ import { plural } from "./format.mjs";
 
 const KINDS = { gyro: { name: "Drehrate", unit: "°/s" }, accel: { name: "Beschleunigung", unit: "m/s²" } };
 
+const ALL_AXES = {
+  gyro: { name: "Drehraten, Nullpunkt", unit: "°/s" }, accel: { name: "Beschleunigungen, Nullpunkt", unit: "m/s²" },
+  gyro_scale_ppm: { name: "Drehraten, Skala", unit: "ppm" }, accel_scale_ppm: { name: "Beschleunigungen, Skala", unit: "ppm" },
+};
+
 /** Of a name in the file of a type; one that is not known here keeps its own. */
 function limitText(name, value) {
   const [kind, axis, ...scale] = name.split("_");
@@ -17,7 +22,7 @@ export const text = {
   references: {
     title: "Prüfmittel",
     about: "Kalibrierscheine dessen, womit das Labor misst. Eine Kampagne beginnt nur mit Prüfmitteln, deren Kalibrierschein gültig ist oder für die jemand mit Unterschrift eine Ausnahme erlaubt hat.",
-    none: "Das Verzeichnis ist leer: Wie unsicher Vorrichtung, Fallbeschleunigung, Versorgung und Drehrate sind, steht in keinem Ergebnis.",
+    none: "Kein Kalibrierschein ist eingetragen. Kampagnen laufen trotzdem, aber kein Ergebnis sagt, wie unsicher Vorrichtung, Fallbeschleunigung, Versorgung und Drehrate sind.",
     kind: "Art",
     name: "Name",
     certificate: "Kalibrierschein",
@@ -50,7 +55,7 @@ export const text = {
     issued: "Ausgestellt",
     dueHint: "Ab dem Tag der Fälligkeit beginnt keine Kampagne damit, bis der nächste Kalibrierschein eingetragen ist. Mit einer Ausnahme, im Terminal unterschrieben (soak reference waive), beginnen Kampagnen trotzdem: nur für diesen Kalibrierschein, und bis der nächste eingetragen oder das Prüfmittel ausgemustert ist.",
     uncertainty: "Erweiterte Messunsicherheit,",
-    factor: "Deren Erweiterungsfaktor k",
+    factor: "Deren Erweiterungsfaktor k (steht im Kalibrierschein, meist 2)",
     user: "Ihr Name, für das Protokoll",
     send: "Eintragen",
     gravity: (unit) => `Örtliche Fallbeschleunigung, ${unit}`,
@@ -78,9 +83,11 @@ export const text = {
     title: "Prüflingstypen",
     about: "Was es ist",
     rating: "Temperaturbereich",
-    limits: "Grenzwerte der Verifizierung",
+    limits: "Größter Fehler, den eine Verifizierung durchlässt",
     file: "Jeder steht in einer eigenen Datei in",
-    read: "; soakd liest sie, wenn eine Kampagne beginnt.",
+    read: ". Die Station liest sie, wenn eine Kampagne beginnt, und für jede Verifizierung.",
+    change: "Einen Grenzwert ändern, Schritt für Schritt",
+    allAxes: (kind, value) => `${ALL_AXES[kind].name} ${value} ${ALL_AXES[kind].unit}`,
     troubles: "Fehlerhafte Dateien",
     range: (low, high) => `${low} bis ${high} °C`,
     notStated: "nicht angegeben",

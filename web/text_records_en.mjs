@@ -5,11 +5,13 @@ import { plural } from "./format.mjs";
 
 const unitOf = (name) => (name.endsWith("_scale_ppm") ? "ppm" : name.startsWith("gyro") ? "°/s" : "m/s²");
 
+const ALL_AXES = { gyro: "gyros, bias", accel: "accelerometers, bias", gyro_scale_ppm: "gyros, scale", accel_scale_ppm: "accelerometers, scale" };
+
 export const text = {
   references: {
     title: "References",
     about: "Certificates of what the laboratory measures with. A campaign begins only with references that are valid, or waived with a signature.",
-    none: "The register is empty: what fixture, gravity, supply and rate are uncertain by is not stated in any result.",
+    none: "No certificate is entered. Campaigns run all the same, but no result says how uncertain fixture, gravity, supply and rate are.",
     kind: "Kind",
     name: "Name",
     certificate: "Certificate",
@@ -42,7 +44,7 @@ export const text = {
     issued: "Issued",
     dueHint: "From the day on which it is due, no campaign begins with it until its next certificate is entered. A waiver, signed in a terminal (soak reference waive), lets campaigns begin all the same: for this certificate alone, and until the next one is entered or the reference is retired.",
     uncertainty: "Expanded uncertainty,",
-    factor: "Its coverage factor k",
+    factor: "Its coverage factor k (the certificate says it, mostly 2)",
     user: "Your name, for the record",
     send: "Enter",
     gravity: (unit) => `Local gravity, ${unit}`,
@@ -69,14 +71,17 @@ export const text = {
     title: "Unit types",
     about: "What it is",
     rating: "Rating",
-    limits: "Limits of a verification",
+    limits: "Largest error that a verification accepts",
     file: "Each is a file in",
-    read: "; soakd reads it when a campaign starts.",
+    read: ". The station reads it when a campaign starts, and for each verification.",
+    change: "How to change a limit, step by step",
+    /** Where all three axes have the same: `kind` is "gyro", "accel_scale_ppm". */
+    allAxes: (kind, value) => `${ALL_AXES[kind]} ${value} ${unitOf(kind)}`,
     troubles: "Files that are wrong",
     range: (low, high) => `${low} to ${high} °C`,
     notStated: "not stated",
     /** `name` as a type's file has it: "gyro_x", "gyro_x_scale_ppm". */
-    limit: (name, value) => `${name.replace("_scale_ppm", " scale")} ${value} ${unitOf(name)}`,
+    limit: (name, value) => `${name.replace("_scale_ppm", " scale").replace("_", " ")} ${value} ${unitOf(name)}`,
     noLimits: "none: a verification judges nothing",
   },
   key: {

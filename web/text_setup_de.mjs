@@ -92,7 +92,7 @@ export const text = {
     yes: "Eine E-Mail schicken",
     host: "Mailserver",
     security: "Verschlüsselung",
-    securities: { starttls: "STARTTLS", tls: "TLS von Beginn an", none: "Keine" },
+    securities: { starttls: "Verschlüsselt nach dem Verbinden (STARTTLS, Port 587)", tls: "Verschlüsselt von Beginn an (TLS, Port 465)", none: "Keine (Port 25)" },
     from: "Absender",
     to: "Empfänger",
     toHint: "Eine oder mehrere Adressen, durch Kommas getrennt",

@@ -91,7 +91,7 @@ export const text = {
     yes: "Send a mail",
     host: "Mail server",
     security: "Encryption",
-    securities: { starttls: "STARTTLS", tls: "TLS from the start", none: "None" },
+    securities: { starttls: "Encrypted once connected (STARTTLS, port 587)", tls: "Encrypted from the start (TLS, port 465)", none: "None (port 25)" },
     from: "Sender",
     to: "Receivers",
     toHint: "One or more addresses, with commas between them",

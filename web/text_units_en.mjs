@@ -37,11 +37,15 @@ export const text = {
     noExpiry: "yes; no date of expiry",
     againstTheRule: "yes, against the rule of release: do not hand it over",
     exported: "Exported",
+    /** Why an epoch began. */
+    epochSince: (epoch, time, why) => `${epoch}, since ${time}: ${why}`,
     toFit: (runs, count) => `${runs}, ${count} for a fit`,
     notExported: "not yet",
     exportedBy: (time, user) => `${time} by ${user}`,
   },
   states: { fitted: "fitted", verified: "verified", released: "released", withdrawn: "withdrawn" },
+  /** Behind the state of a model that breaks the rule of release by now. */
+  blocked: { verified: "verified, not to be released", released: "released, do not hand over" },
   verdicts: { pass: "PASS", marginal: "MARGINAL", fail: "FAIL", not_measured: "NOT MEASURED", none: "NOT JUDGED" },
   why: {
     noModel: "There is no model of this unit yet.",
@@ -55,20 +59,23 @@ export const text = {
   next: {
     record: "Record a campaign with it, or import its recordings.",
     fit: "Fit it.",
-    changed: "Record it as it is now and fit it again: it was repaired or changed after this model.",
+    changed: "Record it as it is now with a calibration procedure, then fit it: it was repaired or changed after this model.",
+    changedFit: "Fit it again: it was repaired or changed after this model, and runs of it as it is now are there.",
     withdrawn: "Fit it again: data of this model were withdrawn.",
     verify: "Verify it with a run that the fit has not seen.",
+    /** Behind that, where nobody has searched. */
+    gapFirst: " Before that, search its gap below: what is accepted there makes a new model, which is verified itself.",
     /** @type {(campaign: string, runs: number, of: number | null) => string} */
-    checkRuns: (campaign, runs, of) => `Wait: campaign ${campaign} still runs, ${runs}${of === null ? "" : ` of ${of}`} check ${plural(of ?? runs, { one: "run", other: "runs" })} recorded. Verify below uses those that are there.`,
+    checkRuns: (campaign, runs, of) => `Wait: campaign ${campaign} still runs, ${runs}${of === null ? "" : ` of ${of}`} check ${plural(of ?? runs, { one: "run", other: "runs" })} recorded. ${runs === 0 ? "Then verify." : "Verify below uses those that are there."}`,
     /** @type {(campaign: string, runs: number, of: number | null) => string} the same of one that somebody has to resume */
-    checkStopped: (campaign, runs, of) => `Campaign ${campaign} has stopped, ${runs}${of === null ? "" : ` of ${of}`} check ${plural(of ?? runs, { one: "run", other: "runs" })} recorded: resume it on Station. Verify below uses those that are there.`,
+    checkStopped: (campaign, runs, of) => `Campaign ${campaign} has stopped, ${runs}${of === null ? "" : ` of ${of}`} check ${plural(of ?? runs, { one: "run", other: "runs" })} recorded: resume it on Station.${runs === 0 ? "" : " Verify below uses those that are there."}`,
     toStation: "Station",
     recordFresh: "Record a run that the fit has not seen with a verification procedure, then verify it.",
     newCampaign: "New campaign",
     how: "How",
     fail: "Do not hand it over: it exceeds its limits. The report shows where.",
-    marginal: "Do not hand it over as passed: record more runs for the fit or the verification, and verify it again.",
-    notJudged: (type) => `Write limits into the file of its type, ${type}.toml, or verify it over the whole range: it is not judged yet.`,
+    marginal: "Do not hand it over as passed: limit and error are nearer to each other than the verification can tell. Record one more run with a verification procedure and verify it again.",
+    notJudged: (type) => `State limits of the type ${type}, or verify it over the whole range: it is not judged yet.`,
     grave: "Do not hand it over before the first warning below is settled.",
     release: "Release it.",
     releaseGapOpen: "Release it. What the gap search found is not in its model: look at Gap below before.",
@@ -79,6 +86,23 @@ export const text = {
     export: "Export it.",
     nothing: "Nothing: it is verified, released and exported.",
     gapOpen: "It is verified, released and exported. What the gap search found is not in its model: see Gap below.",
+  },
+  /** What is in the way of a release. */
+  obstacles: {
+    neverVerified: "it was never verified",
+    notPassed: (campaign, verdict) => `its last verification, against campaign ${campaign}, says ${verdict}`,
+    /** `runs`: "R01 of campaign week-1, R02 of campaign week-1" */
+    leftOut: (runs) => `runs for calibration are not in it: ${runs}: fit again with all, or void them`,
+    beforeRepair: "it is of the unit before it was repaired or changed: record it again, then fit it",
+    gone: (count) => `${count} of the runs that it was fitted to were withdrawn or are gone: fit again`,
+    checkWithdrawn: (campaign) => `runs of campaign ${campaign} were withdrawn after it was verified against them: verify it again`,
+  },
+  judged: {
+    title: "Worst errors and limits, by sensor",
+    heads: ["Curve", "Worst error", "Uncertainty U (95 %)", "Limit", "Unit", "At, °C", "Verdict"],
+    about: "Passed is what stays within its limit with U added, failed what is beyond it with U taken off. The nearest to its limit stands first.",
+    curve: (sensor, isScale) => (isScale ? `${sensor}, scale` : sensor),
+    nearest: (curve, worst, guard, limit, unit, temp) => `Nearest to its limit: ${curve}, ${worst} ± ${guard} ${unit} at ${temp} °C, limit ${limit} ${unit}.`,
   },
   repair: {
     button: "Repaired or changed…",
@@ -114,7 +138,10 @@ export const text = {
   },
   releaseAll: {
     button: "Release what may be released",
-    waiting: (count) => plural(count, { one: `${count} model is verified and not released yet.`, other: `${count} models are verified and not released yet.` }),
+    waiting: (count) => plural(count, { one: `${count} verified model may be released.`, other: `${count} verified models may be released.` }),
+    blocked: (count) => plural(count, { one: ` ${count} more is verified, but something is in the way: see its page.`, other: ` ${count} more are verified, but something is in the way: see their pages.` }),
+    /** Of those that may be released. */
+    notSearched: (count) => plural(count, { one: ` Nobody has searched the gap of ${count} of them: a release does not look at it.`, other: ` Nobody has searched the gap of ${count} of them: a release does not look at it.` }),
     done: (released, units) => `${released} of ${plural(units, { one: `${units} newest model is`, other: `${units} newest models are` })} released now.`,
     /** @type {(released: number, units: number) => string} of one that did not come to its end */
     cutShort: (released, units) => `Up to there ${released} of the ${plural(units, { one: `${units} model that it came to is`, other: `${units} models that it came to are` })} released.`,
@@ -125,6 +152,8 @@ export const text = {
     title: "Jobs",
     campaign: "Campaign that the fit has not seen",
     noCampaign: "There is none: every run is in the model. Record one in a campaign of its own.",
+    /** Instead of that, while a campaign records its first check run. */
+    beingChecked: (campaign) => `None yet: campaign ${campaign} is recording the first one.`,
     /** `use`: "verification"; "calibration", not fitted yet; "fitted". */
     campaignRuns: (campaign, count, use) => `${campaign} (${plural(count, { one: `${count} run`, other: `${count} runs` })}${USES[use]})`,
     /** A campaign of which more runs will come; `of`: how many it has, null: not known; `stopped`: somebody has to resume it. */
@@ -141,6 +170,8 @@ export const text = {
     keyUnknown: "Sign it: ",
     simulated: (version) => `Although model ${version} is of SIMULATED data`,
     tickSimulated: (version) => `Export: model ${version} is of SIMULATED data. Tick “Although model ${version} is of SIMULATED data” first, if that is what you want.`,
+    /** Why Verify and Export are off. */
+    beforeRepair: (version) => `Verify, Release and Export are off: model ${version} is of the unit before it was repaired or changed. Record it again, then fit it.`,
     /** In front of what the station says is in the way of a release. */
     notReleased: "Not to be released yet: ",
     cancel: "Cancel",
@@ -161,6 +192,7 @@ export const text = {
     signed: (key) => (key ? `, signed with key ${key}` : ", signed"),
     made: (version) => `; made model ${version}`,
     madeFrom: (version) => `Made from model ${version}.`,
+    madeBeforeVerdict: (version, verdict) => `Made from model ${version} before its last verification, which says ${verdict}: make it again before you use it.`,
     madeFromOlder: (version, newest) => `Made from model ${version}; the newest is ${newest}.`,
     madeFromWithdrawn: (version) => `Made from model ${version}, which is withdrawn: do not use it.`,
     madeBeforeRelease: (version) => `Made from model ${version} before that was released: the file is marked as not released.`,
@@ -215,14 +247,14 @@ export const text = {
   impact: {
     title: (version) => `What the calibration of model ${version} buys in navigation`,
     notKnown: "Not known: the sensors were not calibrated at two common temperatures.",
-    heads: ["Sensor", "Bias changes by", "Left (95 %)", "30 s, without", "30 s, with", "60 s, without", "60 s, with"],
+    heads: ["Sensor", "Bias changes by", "Bias left (95 %)", "30 s, without", "30 s, with", "60 s, without", "60 s, with"],
     bySensor: "Position errors by sensor",
     intervals: { pi95: "a fresh power-on", ci95: "mean curve alone: may be far too small" },
     about: (from, to) => `Position error from each sensor's bias alone without satellite navigation, from ${from} °C at power-on to ${to} °C; the bias at power-on is known, the sensor's axis lies horizontally.`,
     ofModel: (version) => `Model ${version}:`,
     drives: ({ drives, outages, seconds, without, corrected, less, between }) =>
       `With a navigation filter, in ${outages} outages of ${seconds} s on ${drives} simulated drives with this unit's curves: ${without} off at the end of an outage without the calibration, ${corrected} with it, `
-      + `a gain of ${less} %${between === null ? "" : ` (95 %: ${between.join(" to ")} %)`}. Noise is that of an AHRS400CA.`,
+      + `a gain of ${less} %${between === null ? "" : ` (95 %: ${between.join(" to ")} %)`}. Noise in these drives is that of one sensor for all units, an AHRS400CA.`,
     noDrives: "Drives with a navigation filter are not simulated, as the calibration does not state its uncertainty.",
     drivesFailed: (message) => `Drives with a navigation filter could not be simulated: ${message}.`,
     more: "Each outage, and more ways to navigate:",

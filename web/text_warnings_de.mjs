@@ -38,6 +38,7 @@ export const WARNINGS = {
   unnamed_attitudes_excluded: ["Lagen ohne Namen weggelassen", "Diese Aufzeichnungen in einer eigenen Kampagne anpassen."],
   hysteresis: ["Hysterese", "Langsamere Rampen, längeres Warten oder ein besser platziertes Thermometer; mit Fehlern dieser Größe ist zu rechnen."],
   missing_position: ["fehlende Lagen", "Die fehlenden Lagen aufzeichnen."],
+  cut_short_visit: ["abgebrochenes Plateau", "Dieses Plateau dieses Teils für ungültig erklären, dann neu anpassen: Der andere Teil hat es ganz."],
   scale_left_out: ["Skalenfehler an zu wenigen Temperaturen", "Nichts zu tun, oder die Drehraten an drei Plateaus oder mehr aufzeichnen."],
   scale_range: ["Skalenfehler nicht überall gemessen", MISSING_POSITIONS],
   own_thermometer: ["Sensor mit eigenem Thermometer", "Die Temperatur seines eigenen Thermometers angeben: soak eval --own-temp-c."],

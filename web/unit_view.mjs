@@ -6,9 +6,11 @@ import { $, element, english, say, show, tell } from "./dom.mjs";
 import { clock, dayText } from "./format.mjs";
 import { GapCard } from "./gap_card.mjs";
 import { JobPanel } from "./job_panel.mjs";
+import { obstacleParts } from "./obstacle_words.mjs";
 import { RepairDialog } from "./repair_dialog.mjs";
 import { badge } from "./runs_view.mjs";
 import { sensorCard } from "./unit_curves.mjs";
+import { renderJudged } from "./unit_judged.mjs";
 import { badgesOf, nextOf, sensorText, sortedWarnings, U, verdictNow, verdictOf, verdictText } from "./unit_words.mjs";
 import { openCampaign, recordedNow } from "./words.mjs";
 
@@ -50,7 +52,7 @@ export class UnitView {
   async #heed(status) {
     const open = openCampaign(status);
     const before = this.#open;
-    if (open?.name !== before?.name || open?.stopped !== before?.stopped) {
+    if (open?.name !== before?.name || open?.stopped !== before?.stopped || open?.checks.join() !== before?.checks.join()) {
       // How many runs there are stays known of one that stops or goes on.
       this.#open = open && { ...open, of: open.name === before?.name ? before.of : null };
       this.#planned = "";
@@ -76,7 +78,7 @@ export class UnitView {
     if (unit === null || unit.unit !== this.#asked) return;
     const next = nextOf(unit, this.#open);
     $("unit-next").replaceChildren(next.text, ...(next.link ? [" ", Object.assign(element("a", next.link.text), { href: next.link.address })] : []),
-      ...(next.why ? [" ", english(`${next.why.join("; ")}.`)] : []));
+      ...(next.why ? [" ", ...obstacleParts(next.why).map((part) => (typeof part === "string" ? part : english(part.english)))] : []));
     this.#jobs.offer(unit, this.#open);
   }
 
@@ -115,6 +117,7 @@ export class UnitView {
     $("unit-verdict").dataset.state = state;
     say($("unit-verdict-title"), title);
     tell($("unit-verdict-text"), verdictText(unit));
+    renderJudged($("unit-judged"), unit);
     $("unit-badges").replaceChildren(...badgesOf(unit).map(badge));
     this.#renderFacts(unit);
     this.#renderWarnings(unit);
@@ -189,6 +192,21 @@ export class UnitView {
       box.append(element("dt", name), element("dd", value));
       return box;
     }));
+    if (unit.epoch > 0) this.#tellEpoch(unit.unit, unit.epoch);
+  }
+
+  /** Why the unit's epoch began is in the event log. */
+  async #tellEpoch(serial, epoch) {
+    try {
+      const { events } = await get(`audit?${new URLSearchParams({ kind: "epoch_begun", subject: serial })}`);
+      const began = events.find(({ text }) => text.startsWith(`epoch ${epoch}, `));
+      if (serial !== this.#asked || began === undefined) return;
+      const why = began.text.replace(/^epoch \d+, (by .*?: )?/, "");
+      const place = [...$("unit-facts").querySelectorAll("dt")].find(({ textContent }) => textContent === U.unit.epoch)?.nextElementSibling;
+      if (place) say(place, U.unit.epochSince(epoch, clock(began.utc_s), why));
+    } catch (error) {
+      console.warn("no events:", error.message); // the number alone stands there then
+    }
   }
 
   #renderWarnings(unit) {
@@ -218,9 +236,10 @@ function warningLine({ code, text, remedy, sensors, urgency }) {
   const name = U.warnings.name(code);
   const said = name === "" && sensors.length === 1 && text.startsWith(sensors[0]);
   const who = sensors.length > 0 && !said ? `${sensors.map(sensorText).join(", ")}: ` : "";
-  line.append(`${who}${name}${name && ": "}`, english(text), " ", element("code", code));
+  line.append(`${who}${name}${name && ": "}`, english(text), ...(text.endsWith(".") ? [] : ["."]));
   const toDo = Object.assign(element("span", ""), { className: "why" });
   tell(toDo, [" ", U.warnings.remedy(code, remedy)]);
   if (remedy) line.append(toDo);
+  line.append(" ", element("code", code));
   return line;
 }

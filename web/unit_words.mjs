@@ -22,6 +22,27 @@ export function verdictNow({ verification }) {
   return verification && verification.stale === null ? (verification.job.result.verdict ?? null) : null;
 }
 
+/**
+ * What was found of each curve that has a limit: the worst error, its U, the limit, at which temperature; the nearest to its limit first.
+ * @param {any} result of a verification
+ * @param {import("./documents.mjs").Model} model
+ */
+export function judgedCurves({ sensors }, model) {
+  const curve = (name, isScale, { worst_abs: worst, guard, limit, worst_temp_c: temp_c }, verdict) =>
+    ({ name, isScale, worst, guard, limit, temp_c, verdict, unit: isScale ? "ppm" : unitText(model.sensors[name] ?? { unit: "" }) });
+  return Object.entries(sensors).flatMap(([name, sensor]) => [
+    curve(name, false, sensor, sensor.bias_verdict ?? sensor.verdict), ...(sensor.scale ? [curve(name, true, sensor.scale, sensor.scale.verdict)] : []),
+  ]).filter(({ limit, worst }) => typeof limit === "number" && typeof worst === "number").sort((a, b) => (b.worst + (b.guard ?? 0)) / b.limit - (a.worst + (a.guard ?? 0)) / a.limit);
+}
+
+/** " Nearest to its limit: accel y, 0.021 ± 0.009 of 0.03 m/s² at 26 °C."; "" where no limit is set. */
+function nearestText(result, model) {
+  const [nearest] = judgedCurves(result, model);
+  if (nearest === undefined) return "";
+  const { name, isScale, worst, guard, limit, temp_c, unit } = nearest;
+  return ` ${U.judged.nearest(U.judged.curve(sensorText(name), isScale), significant(worst, 2), significant(guard, 2), significant(limit, 2), unit, number(temp_c, 0))}`;
+}
+
 const curvesWith = (sensors, verdict) =>
   Object.entries(sensors).filter(([, sensor]) => sensor.verdict === verdict).map(([name]) => sensorText(name)).join(", ");
 
@@ -40,16 +61,26 @@ export function verdictText(unit) {
   const { verdict, sensors, limits } = job.result;
   if (verdict === "info" && limits === null) return [U.why.noLimits(by, unit.type)];
   const which = verdict === "pass" ? "" : curvesWith(sensors, verdict === "info" ? "not_measured" : verdict);
-  return [`${by}: ${[U.why.judged[verdict], which].filter(Boolean).join(": ")}.`];
+  return [`${by}: ${[U.why.judged[verdict], which].filter(Boolean).join(": ")}.${nearestText(job.result, model)}`];
+}
+
+/**
+ * What became of a model, as a badge: one that breaks the rule of release by now does not look as if it might be handed over.
+ * @param {{state: import("./documents.mjs").Model["state"]}} model
+ * @param {{obstacles: string[]} | null} release
+ */
+export function stateBadge({ state }, release) {
+  const isBlocked = Object.hasOwn(U.blocked, state) && (release?.obstacles.length ?? 0) > 0;
+  return isBlocked ? { text: U.blocked[state], state: "waiting" } : { text: U.states[state], state };
 }
 
 /**
  * What became of the newest model, and whether it is of simulated data.
  * @param {import("./documents.mjs").Unit} unit
  */
-export function badgesOf({ model }) {
+export function badgesOf({ model, release }) {
   if (model === null) return [];
-  const state = { text: U.states[model.state], state: model.state };
+  const state = stateBadge(model, release);
   return model.simulated ? [state, { text: U.unit.simulated, state: "simulated" }] : [state];
 }
 
@@ -86,6 +117,7 @@ function nextOfPassed(unit) {
  * @property {string} name
  * @property {number | null} of how many runs it has in all, if that is known
  * @property {boolean} stopped somebody has to resume it
+ * @property {string[]} checks serial numbers of the units that it verifies
  */
 
 /**
@@ -112,6 +144,14 @@ function nextOfOpen({ campaign, runs }, { of, stopped }) {
 }
 
 /**
+ * Whether the campaign that is open records the first check runs of the unit.
+ * @param {import("./documents.mjs").Unit} unit
+ * @param {OpenCampaign | null} open
+ */
+export const isBeingChecked = ({ unit, verify_with }, open) =>
+  open !== null && open.checks.includes(unit) && !verify_with.some(({ purpose }) => purpose === "verification");
+
+/**
  * What is to be done next: {kind, text, why, link}; `kind` of the job that does it, null where none does; `why`: in the station's words; `link`: {text, address} of
  * where it is done or described.
  * @param {import("./documents.mjs").Unit} unit
@@ -122,18 +162,19 @@ export function nextOf(unit, open = null) {
   const { model, verify_with } = unit;
   if (model === null && unit.to_fit === 0) return { kind: null, text: U.next.record };
   if (model === null) return { kind: "fit", text: U.next.fit };
-  if (model.epoch !== unit.epoch) return { kind: null, text: U.next.changed };
+  if (model.epoch !== unit.epoch) return unit.to_fit > 0 ? { kind: "fit", text: U.next.changedFit } : { kind: null, text: U.next.changed, link: { text: U.next.newCampaign, address: "#station" } };
   if (model.state === "withdrawn") return { kind: "fit", text: U.next.retired };
   if (unit.warnings.some(({ code }) => code === "voided_since")) return { kind: "fit", text: U.next.withdrawn };
   const verdict = verdictNow(unit);
+  if (verdict === null && isBeingChecked(unit, open)) return nextOfOpen({ campaign: open.name, runs: 0 }, open);
   if (verdict === null && verify_with.length > 0) {
     const chosen = campaignToVerifyWith(verify_with, open);
-    return open && chosen?.campaign === open.name && chosen.purpose === "verification" ? nextOfOpen(chosen, open) : { kind: "verify", text: U.next.verify };
+    return open && chosen?.campaign === open.name && chosen.purpose === "verification" ? nextOfOpen(chosen, open) : { kind: "verify", text: unit.gap.find === null && model.terms.length === 0 ? U.next.verify + U.next.gapFirst : U.next.verify };
   }
   if (verdict === null) return { kind: null, text: U.next.recordFresh, link: { text: U.next.newCampaign, address: "#station" } };
   if (verdict === "fail") return { kind: "report", text: U.next.fail };
-  if (verdict === "marginal") return { kind: null, text: U.next.marginal };
-  if (verdict !== "pass") return { kind: null, text: U.next.notJudged(unit.type), link: { text: U.next.how, address: "#help=guide&at=8-verify" } };
+  if (verdict === "marginal") return { kind: null, text: U.next.marginal, link: { text: U.next.how, address: "#help=guide&at=marginal" } };
+  if (verdict !== "pass") return { kind: null, text: U.next.notJudged(unit.type), link: { text: U.next.how, address: "#help=guide&at=change-a-limit" } };
   if (warningsOf(unit).some(({ code, urgency }) => urgency === "grave" && code !== "simulated")) return { kind: "report", text: U.next.grave };
   return nextOfPassed(unit);
 }

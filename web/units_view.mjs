@@ -6,7 +6,7 @@ import { BatchCard } from "./batch_card.mjs";
 import { $, element, say, show } from "./dom.mjs";
 import { timeOfDay, UNKNOWN } from "./format.mjs";
 import { badge } from "./runs_view.mjs";
-import { U, verdictOf } from "./unit_words.mjs";
+import { stateBadge, U, verdictOf } from "./unit_words.mjs";
 import { unitAddress } from "./views.mjs";
 import { recordedNow } from "./words.mjs";
 
@@ -70,7 +70,7 @@ export class UnitsView {
     if (unit.trouble !== null) verdict.append(Object.assign(element("p", unit.trouble), { className: "why", lang: "en" }));
     const when = (utc_s) => (utc_s === null ? UNKNOWN : timeOfDay(utc_s, Date.now() / 1000));
     const model = element("td", unit.model === null ? U.list.noModel : `${unit.model.version}, ${when(unit.model.created_utc_s)} `);
-    if (unit.model !== null) model.append(badge({ text: U.states[unit.model.state], state: unit.model.state }));
+    if (unit.model !== null) model.append(badge(stateBadge(unit.model, unit.release)));
     const cell = (text) => element("td", String(text));
     row.append(name, verdict, cell(unit.type), model, cell(unit.runs), cell(when(unit.newest_run_utc_s)));
     return row;

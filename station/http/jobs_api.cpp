@@ -111,6 +111,19 @@ Result<json> verdict_of(const db::Catalog& catalog, const std::map<std::string, 
   return holds ? (*part)["job"]["result"].value("verdict", json()) : json();
 }
 
+/// As release_part(), of a model that is released or might be; null for others.
+Result<json> release_of_listed(const db::Catalog& catalog, const json& unit) {
+  const std::string state = unit.value("/model/state"_json_pointer, "");
+  return state == "verified" || state == "released" ? release_part(catalog, unit) : json();
+}
+
+/// Whether a search for what the newest model lacks is kept, or the model carries what one has found: that is known.
+bool gap_is_searched(const JobRunner& jobs, const json& unit) {
+  if (unit["gap_searched"] == true) return true;
+  const json search = jobs.newest(unit["unit"], "gap_find");
+  return search.is_object() && is_of_model(search, unit["model"]);
+}
+
 Result<json> answer_units(RunArchive& runs, const JobRunner& jobs, const Parameters& parameters) {
   if (auto known = only_parameters(parameters, {}); !known) return base::forward_error(known);
   return runs.in_turn([&](const db::Catalog& catalog) -> Result<json> {
@@ -121,6 +134,10 @@ Result<json> answer_units(RunArchive& runs, const JobRunner& jobs, const Paramet
       auto verdict = verdict_of(catalog, newest, unit);
       if (!verdict) return verdict;
       unit["verdict"] = *std::move(verdict);
+      auto release = release_of_listed(catalog, unit);
+      if (!release) return release;
+      unit["release"] = *std::move(release);
+      unit["gap_searched"] = gap_is_searched(jobs, unit);
     }
     return list;
   });

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "station/release/fitted_runs.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <set>
 #include <utility>
@@ -52,7 +54,8 @@ base::Result<FittedRuns> compare_fitted_runs(const db::Catalog& catalog, const c
   std::vector<calib::Warning> of_copies;
   calib::leave_out_copies(*inputs, of_copies);
   for (const calib::RunInput& run : *inputs) {
-    if (!fitted.contains(run.content_sha256)) found.left_out.push_back(run.label);
+    if (fitted.contains(run.content_sha256)) continue;
+    found.left_out.push_back(fmt::format("{} of campaign {}", run.label, run.campaign));
   }
   return found;
 }

@@ -12,8 +12,9 @@ namespace soak::station {
 
 /// What a model was fitted to, beside what a fit of all runs of its unit would take now.
 struct FittedRuns {
-  std::vector<std::string> left_out;  ///< labels of runs that such a fit would take and the model has not seen
-  std::size_t gone = 0;               ///< runs of the model that it would not take: void as a whole, or not there
+  std::vector<std::string>
+      left_out;          ///< "R01 of campaign week-1": what such a fit would take and the model has not seen
+  std::size_t gone = 0;  ///< runs of the model that it would not take: void as a whole, or not there
 };
 
 /// Compares the runs themselves, whenever they were entered: by the content hash, and where that is another one by

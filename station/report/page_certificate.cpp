@@ -61,8 +61,8 @@ html::Cell sensor_verdict_cell(const json& sensor) {
 
 std::string verdict_table(const json& sensors) {
   html::Table table("Verdict, sensor by sensor",
-                    {"sensor", "on its bias", "on the sensor", "worst fresh error of bias", "limit of bias",
-                     "95 % of fresh power-ons", "range, °C"},
+                    {"sensor", "verdict on its bias", "verdict on bias and scale", "worst fresh error of bias",
+                     "limit of bias", "95 % of fresh power-ons", "range, °C"},
                     html::Narrow::stacks);
   for (const std::string_view name : calib::kSensorNames) {
     const json& sensor = member(sensors, name);
@@ -199,9 +199,10 @@ std::string warnings_part(const json& summary, bool alone_on_page) {
   std::string html = warnings.empty() ? "" : warning_list(warnings, kLongestWarning);
   html += nothing_to_do(summary);
   if (left_over(summary).empty()) return html;
-  return html + fmt::format("<p class=\"soft\">{}: {}.</p>\n",
-                            more > 0 ? fmt::format("And {} more", more) : std::string("More on these"),
-                            alone_on_page ? "<a href=\"#warnings\">warnings</a>" : "see the report of the unit");
+  return html +
+         fmt::format("<p class=\"soft\">{}: {}.</p>\n",
+                     more > 0 ? fmt::format("And {} more", more) : std::string("More on these"),
+                     alone_on_page ? "see <a href=\"#warnings\">all warnings</a>" : "see the report of the unit");
 }
 
 // ---- what it rests on ----

@@ -278,8 +278,9 @@ TEST(ReportPageTest, KeepsTheVerdictOnTheBiasApartFromThatOfTheSensor) {
   gyro["limit"] = 0.1;
   gyro["scale_limit_ppm"] = 100.0;
   gyro["verification"] = {{"verdict", "fail"}, {"bias", bias}, {"scale", nullptr}};
-  EXPECT_TRUE(base::mentions_in_order(report_page(with), {"data-heading=\"on its bias\">pass</td><td class=\"fail\" "
-                                                          "data-heading=\"on the sensor\">fail</td>"}));
+  EXPECT_TRUE(
+      base::mentions_in_order(report_page(with), {"data-heading=\"verdict on its bias\">pass</td><td class=\"fail\" "
+                                                  "data-heading=\"verdict on bias and scale\">fail</td>"}));
 }
 
 TEST(ReportPageTest, TheCertificateHasTheGravestWarningsAndTheRestComesBehind) {

@@ -78,7 +78,7 @@ class AllUnits(StationTest):
         self.assertEqual((verification["kind"], verification["unit"], verification["campaign"], verification["user"]), ("verify", SERIAL, "verification", "Eva"))
         check_schema({key: value for key, value in verification["result"].items()}, "verify")
 
-        self.see("#units-verified", "2 models are verified and not released yet.")
+        self.see("#units-verified", "2 verified models may be released.")
         self.click("#units-release")
         self.see("#units-last-text", "2 of 2 newest models are released now.")
         self.assertEqual(self.soakd.query("SELECT subject, user FROM event WHERE kind = 'model_released' ORDER BY subject"), [(SERIAL, "Eva"), (OTHER, "Eva")])

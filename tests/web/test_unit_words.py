@@ -43,16 +43,16 @@ class Words(BrowserTest):
 
     def test_what_a_verification_takes_is_a_check_campaign_that_is_over_before_one_that_is_open(self):
         self.browser.go(self.soakd.url)
-        unit = {"unit": "SN1", "type": "mti-300", "epoch": 1, "to_fit": 0, "exported": None, "warnings": [], "model": {"version": 1, "epoch": 1, "state": "fitted"},
+        unit = {"unit": "SN1", "type": "mti-300", "epoch": 1, "to_fit": 0, "exported": None, "warnings": [], "model": {"version": 1, "epoch": 1, "state": "fitted", "terms": []}, "gap": {"find": None, "show": None},
                 "verification": None}
 
         def campaign(name, purpose="verification"):
             return {"campaign": name, "runs": 1, "purpose": purpose}
 
-        def told(*campaigns, stopped=False, of=3):
+        def told(*campaigns, stopped=False, of=3, checks=()):
             return self.browser.run("""const [unit, open] = arguments; return import('/unit_words.mjs').then((words) =>
                 ({ ...words.nextOf(unit, open), chosen: words.campaignToVerifyWith(unit.verify_with, open)?.campaign }))""",
-                                    {**unit, "verify_with": campaigns}, {"name": "open", "of": of, "stopped": stopped})
+                                    {**unit, "verify_with": campaigns}, {"name": "open", "of": of, "stopped": stopped, "checks": checks})
         waits = told(campaign("open"))
         self.assertEqual((waits["kind"], waits["text"].split(".")[0]), (None, "Wait: campaign open still runs, 1 of 3 check runs recorded"))
         waits = told(campaign("open"), campaign("cold", "calibration"))
@@ -64,6 +64,12 @@ class Words(BrowserTest):
         stopped = told(campaign("open"), stopped=True)
         self.assertIn("Campaign open has stopped, 1 of 3 check runs recorded: resume it on Station.", stopped["text"])
         self.assertEqual(stopped["link"]["address"], "#station")
+        # Nothing of it is stored yet, and the unit is in it: nobody shall record another one.
+        begun = told(checks=["SN0", "SN1"])
+        self.assertEqual((begun["kind"], begun["text"]), (None, "Wait: campaign open still runs, 0 of 3 check runs recorded. Then verify."))
+        self.assertEqual(told(campaign("cold", "calibration"), checks=["SN1"])["text"], begun["text"])
+        self.assertIn("Record a run that the fit has not seen", told(checks=["SN0"])["text"])
+        self.assertEqual(told(campaign("old"), checks=["SN1"])["kind"], "verify")
 
     def test_a_campaign_that_has_stopped_or_calibrates_says_so_where_one_is_chosen(self):
         self.browser.go(self.soakd.url)
@@ -74,8 +80,10 @@ class Words(BrowserTest):
             openCampaign({ state: "running", campaign: { name: "c" }, resumable: null, resumes_by_itself: false }),
             openCampaign({ state: "interrupted", campaign: null, resumable: "c", resumes_by_itself: false }),
             openCampaign({ state: "interrupted", campaign: null, resumable: "c", resumes_by_itself: true }),
-            openCampaign({ state: "finished", campaign: { name: "c" }, resumable: null, resumes_by_itself: false })])""")
-        self.assertEqual(opened, [{"name": "c", "stopped": False}, {"name": "c", "stopped": True}, {"name": "c", "stopped": False}, None])
+            openCampaign({ state: "finished", campaign: { name: "c" }, resumable: null, resumes_by_itself: false }),
+            openCampaign({ state: "running", campaign: { name: "c", purpose: "verification" }, units: [{ serial: "SN1" }], resumable: null, resumes_by_itself: false })])""")
+        self.assertEqual(opened, [{"name": "c", "stopped": False, "checks": []}, {"name": "c", "stopped": True, "checks": []}, {"name": "c", "stopped": False, "checks": []}, None,
+                                  {"name": "c", "stopped": False, "checks": ["SN1"]}])
 
     def test_the_same_warning_of_several_sensors_is_one_line(self):
         warnings = [{"code": code, "text": f"{sensor}{text}", "remedy": None, "sensors": [sensor], "urgency": "act"}
@@ -89,11 +97,49 @@ class Words(BrowserTest):
         self.browser.go(self.soakd.url)
         unit = {"unit": "SN1", "type": "mti-300", "epoch": 1, "to_fit": 0, "exported": None, "warnings": [], "model": {"version": 1, "epoch": 1, "state": "fitted"}}
         judged = {"stale": None, "job": {"result": {"verdict": "info"}}, "warnings": []}
-        for verification, text, address in ((None, "verification procedure", "#station"), (judged, "mti-300.toml", "#help=guide&at=8-verify")):
+        for verification, text, address in ((None, "verification procedure", "#station"), (judged, "limits of the type mti-300", "#help=guide&at=change-a-limit")):
             told = self.browser.run("const [unit] = arguments; return import('/unit_words.mjs').then((words) => words.nextOf(unit))",
                                     {**unit, "verify_with": [], "verification": verification})
             self.assertIn(text, told["text"])
             self.assertEqual(told["link"]["address"], address)
+
+    def test_a_unit_that_was_repaired_is_fitted_once_runs_of_it_are_there(self):
+        self.browser.go(self.soakd.url)
+        unit = {"unit": "SN1", "type": "mti-300", "epoch": 1, "exported": None, "warnings": [], "model": {"version": 1, "epoch": 0, "state": "released"}, "verification": None, "verify_with": []}
+        for to_fit, kind in ((0, None), (2, "fit")):
+            told = self.browser.run("const [unit] = arguments; return import('/unit_words.mjs').then((words) => words.nextOf(unit))", {**unit, "to_fit": to_fit})
+            self.assertEqual(told["kind"], kind)
+
+    def test_a_verdict_is_told_with_its_numbers_the_nearest_to_its_limit_first(self):
+        self.browser.go(self.soakd.url)
+        def sensor(worst, limit, **scale):
+            return {"bias_verdict": "pass", "verdict": "pass", "worst_abs": worst, "guard": 0.005, "limit": limit, "worst_temp_c": -3.97, **scale}
+        scale = {"verdict": "marginal", "worst_abs": 480.0, "guard": 60.0, "limit": 500.0, "worst_temp_c": 56.0}
+        sensors = {"accel_x": sensor(0.0183, 0.03, scale=scale), "gyro_x": sensor(0.01, 0.5, scale=None), "gyro_y": sensor(0.01, None)}
+        unit = {"unit": "SN1", "type": "t", "model": {"version": 1, "sensors": {"accel_x": {"unit": "m/s2"}, "gyro_x": {"unit": "deg/s"}, "gyro_y": {"unit": "deg/s"}}},
+                "verification": {"stale": None, "job": {"campaign": "check", "user": "Eva", "result": {"verdict": "pass", "limits": "unit type t", "model": 1, "sensors": sensors}}}}
+        curves, told, rows = self.browser.run("""const [unit] = arguments; return Promise.all([import('/unit_words.mjs'), import('/unit_judged.mjs')]).then(([words, { renderJudged }]) => {
+            const box = document.createElement('details');
+            renderJudged(box, unit);
+            return [words.judgedCurves(unit.verification.job.result, unit.model).map(({ name, isScale }) => [name, isScale]), words.verdictText(unit)[0],
+              [...box.querySelectorAll('tbody tr')].map((row) => [...row.cells].map((cell) => cell.textContent))]; });""", unit)
+        self.assertEqual(curves, [["accel_x", True], ["accel_x", False], ["gyro_x", False]])
+        self.assertTrue(told.endswith("Nearest to its limit: accel x, scale, 480 ± 60 ppm at 56 °C, limit 500 ppm."), told)
+        self.assertEqual(rows[1], ["accel x", "0.018", "±0.0050", "0.030", "m/s²", "−4", "PASS"])
+
+    def test_what_accepted_effects_close_is_held_against_what_was_expected(self):
+        self.browser.go(self.soakd.url)
+        def part(closed, after=0.004):
+            return {"fresh": {"before_rms": 0.03, "after_rms": after, "floor_rms": 0.004, "closed_fraction": closed}, "fitted": None}
+        terms = [{"parts": [{"sensors": ["gyro_x"]}], "gap": {"gyro_x": {"closed_ci95": [0.93, 1.05]}}}]
+        def said(closed, accel_after):
+            return self.browser.run("const [result] = arguments; return import('/gap_words.mjs').then((words) => words.shownText(result))",
+                                    {"before": 1, "model": 2, "terms": terms, "runs": [{"use": "fresh"}], "sensors": {"gyro_x": part(closed), "accel_x": part(0.0, accel_after)}})
+        self.assertIn("As much is closed as was expected.", said(0.95, 0.03))
+        less = said(0.36, 0.004)
+        self.assertIn("In gyro x less is closed than was expected", less)
+        self.assertIn("search again", less)
+        self.assertIn("accel x, on which the effects do not act, are far above the floor", said(0.36, 0.014))
 
     def test_nothing_is_to_be_done_only_when_no_gap_is_open(self):
         self.browser.go(self.soakd.url)

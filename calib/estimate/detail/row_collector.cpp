@@ -9,6 +9,7 @@
 #include "base/units.h"
 #include "calib/estimate/attitude_fit.h"
 #include "calib/estimate/branches.h"
+#include "calib/estimate/detail/parts_of_run.h"
 
 namespace soak::calib {
 namespace {
@@ -195,8 +196,8 @@ base::Status RowCollector::add_plateaus(const GatedRun& run, int index, const Un
                                                     : estimate_six_positions(run.segments, run.place, type);
   if (!estimated) return base::forward_error(estimated);
   SixPositionEstimate& estimate = estimates_.emplace_back(*std::move(estimated));
+  estimated_.push_back(name(index));
   if (auto added = add_gains(run.segments, run.recorded->moves, type, estimate); !added) return added;
-  note(estimate.warnings, index);
   for (const Sensor sensor : kSensors) {
     const std::size_t s = index_of(sensor);
     for (const PlateauEstimate& plateau : estimate.sensor[s].plateaus) {
@@ -288,13 +289,28 @@ void RowCollector::number_branches(std::vector<CurveRow>& rows, int index, std::
   }
 }
 
-void RowCollector::note(const std::vector<Warning>& warnings, int index) {
-  for (const Warning& warning : warnings) {
-    if (++seen_in_[{warning.code, warning.text}] == 1) first_seen_.push_back({warning, name(index)});
+/// A warning of one part of a run about positions that the others have: what it still asks for, if anything.
+std::optional<Warning> RowCollector::without_other_parts(const Warning& warning, std::size_t part) const {
+  if (warning.code != "missing_position" || warning.text.find("do not determine") == std::string::npos) return warning;
+  const auto sensor = std::ranges::find_if(
+      kSensors, [&](Sensor s) { return warning.text.starts_with(fmt::format("{}: ", name_of(s))); });
+  if (sensor == kSensors.end() || !shown_by_other_parts(estimated_, estimates_, part, *sensor)) return warning;
+  if (warning.text.find("stays in the bias") == std::string::npos) return std::nullopt;
+  return Warning{"cut_short_visit", warning.text + "; another part of this run has them"};
+}
+
+void RowCollector::note_warnings() {
+  for (std::size_t part = 0; part < estimates_.size(); ++part) {
+    for (const Warning& stated : estimates_[part].warnings) {
+      const auto warning = without_other_parts(stated, part);
+      if (!warning) continue;
+      if (++seen_in_[{warning->code, warning->text}] == 1) first_seen_.push_back({*warning, estimated_[part]});
+    }
   }
 }
 
-void RowCollector::state_warnings() const {
+void RowCollector::state_warnings() {
+  note_warnings();
   for (const auto& [warning, run] : first_seen_) {
     const std::size_t more = seen_in_.at({warning.code, warning.text}) - 1;
     rows_.warnings.push_back({warning.code, fmt::format("run {}: {}{}", run, warning.text, more_runs_text(more))});

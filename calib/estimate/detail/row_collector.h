@@ -38,8 +38,9 @@ class RowCollector {
   CurveData& table(std::optional<CurveData>& data);
   int branch_of(std::optional<CurveData>& data, const std::string& branch);
   void number_branches(std::vector<CurveRow>& rows, int index, std::optional<CurveData>& target);
-  void note(const std::vector<Warning>& warnings, int index);
-  void state_warnings() const;
+  [[nodiscard]] std::optional<Warning> without_other_parts(const Warning& warning, std::size_t part) const;
+  void note_warnings();
+  void state_warnings();
   void warn_of_even_order(Sensor sensor) const;
 
   UnitRows& rows_;
@@ -49,6 +50,7 @@ class RowCollector {
   std::map<std::pair<std::string, std::string>, std::size_t> seen_in_;  ///< runs by code and text of their warnings
   std::vector<std::pair<Warning, std::string>> first_seen_;             ///< in order, with the run's name
   std::vector<SixPositionEstimate> estimates_;                          ///< of the runs
+  std::vector<std::string> estimated_;                                  ///< names of these
 };
 
 }  // namespace soak::calib

@@ -156,6 +156,7 @@ constexpr std::array kRemedies = {
     Remedy{"unnamed_attitudes_excluded", "Fit those sessions in a campaign of their own."},
     Remedy{"hysteresis", "Use slower ramps, a longer soak or a better placed thermometer; expect errors of that size."},
     Remedy{"missing_position", "Record the missing positions."},
+    Remedy{"cut_short_visit", "Void that visit of this part, then fit again: the other part has it whole."},
     Remedy{"scale_range", "Record the missing positions at those temperatures if the unit is used there."},
     Remedy{"own_thermometer", "Give the temperature of that sensor's own thermometer: soak eval --own-temp-c."},
     Remedy{"scale_left_out", "No action needed; for its scale record rates at three plateaus or more."},
