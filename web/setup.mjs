@@ -35,6 +35,8 @@ class SetupPage {
   #isSetUp = false;
   /** How often what stands in a section has changed: an answer is about what stood there when it was asked. */
   #changes = { chamber: 0, fixture: 0 };
+  /** What became of the last try of what stands there: "good", "bad", or null where there was none. */
+  #tries = { chamber: null, fixture: null };
 
   /** @param {import("./kept_documents.mjs").SetupChoices} choices */
   constructor(choices) {
@@ -47,6 +49,7 @@ class SetupPage {
       $(`${section}-try`).addEventListener("click", () => this.#try(section));
       $(`${section}-fields`).addEventListener("input", () => {
         this.#changes[section] += 1;
+        this.#tries[section] = null;
         $(`${section}-answer`).replaceChildren();
       });
     }
@@ -142,6 +145,9 @@ class SetupPage {
     say($("text"), check?.text ?? "");
     const good = check !== null && faults.length === 0;
     show($("good"), good);
+    const notSound = this.#form.controllers.filter((section) => this.#tries[section] !== "good");
+    $("not-sound").replaceChildren(...notSound.map((section) => element("li", S.try[this.#tries[section] === null ? "never" : "failed"](S.steps[section]))));
+    show($("not-sound"), notSound.length > 0);
     show($("no-gravity"), !this.#form.knowsGravity);
     $("write").disabled = !good;
   }
@@ -172,9 +178,15 @@ class SetupPage {
     const address = controller.address.text;
     try {
       const survey = await post("setup/try", { section, [section]: controller.entered() });
-      if (asked === this.#changes[section]) showSurvey(answer, survey, address);
+      if (asked === this.#changes[section]) {
+        this.#tries[section] = survey.sound ? "good" : "bad";
+        showSurvey(answer, survey, address);
+      }
     } catch (error) {
-      if (asked === this.#changes[section]) this.#notTried(section, error);
+      if (asked === this.#changes[section]) {
+        this.#tries[section] = "bad";
+        this.#notTried(section, error);
+      }
     }
     $(`${section}-try`).disabled = false;
   }

@@ -69,6 +69,11 @@ export class SetupForm {
     return this.kind.value === "machine";
   }
 
+  /** Sections of the controllers that the station will have. */
+  get controllers() {
+    return this.#hasFixture ? ["chamber", "fixture"] : ["chamber"];
+  }
+
   get #hasMail() {
     return this.wanted.value === "yes";
   }

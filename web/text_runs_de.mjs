@@ -118,7 +118,7 @@ export const text = {
     run: "Der ganze Lauf",
     losesRun: (run, unit, segments) => `Lauf ${run} von Prüfling ${unit} wird ungültig, mit ${plural(segments, { one: "dem einen Segment, das noch gilt", other: `allen ${segments} Segmenten, die noch gelten` })}.`,
     losesSegments: (count, all, run) => `Von den ${all} Segmenten des Laufs ${run}, die noch gelten, ${plural(count, { one: "wird eines", other: `werden ${count}` })} ungültig${count === all ? ": Keines bleibt übrig" : ""}.`,
-    notUsed: "Was ungültig ist, geht in keine Anpassung, keine Verifizierung und keinen Bericht ein. Modelle, in denen es steckt, bleiben, wie sie sind, bis der Prüfling neu angepasst wird.",
+    notUsed: "Was ungültig ist, geht in keine Anpassung, keine Verifizierung und keinen Bericht ein. Modelle, in denen es steckt, bleiben, wie sie sind, bis der Prüfling neu angepasst wird, verlieren aber ihr Urteil, und freigegebene dürfen nicht mehr weitergegeben werden.",
     keepsSamples: "Die Messwerte bleiben erhalten, zurücknehmen lässt sich das aber nicht.",
     final: "Zurücknehmen lässt sich das nicht.",
   },

@@ -100,7 +100,7 @@ export const text = {
     run: "The whole run",
     losesRun: (run, unit, segments) => `Run ${run} of unit ${unit} becomes void, with all ${segments} of its segments that are not void yet.`,
     losesSegments: (count, all, run) => `${count} of the ${all} segments of run ${run} that are not void yet ${plural(count, { one: "becomes", other: "become" })} void${count === all ? ": none is left" : ""}.`,
-    notUsed: "No fit, no verification and no report uses what is void. Models that were fitted from it stay as they are until the unit is fitted again.",
+    notUsed: "No fit, no verification and no report uses what is void. Models that were fitted from it stay as they are until the unit is fitted again, but lose their verdict, and a released one may not be handed over any more.",
     keepsSamples: "The samples are kept, but this cannot be taken back.",
     final: "This cannot be taken back.",
   },

@@ -36,6 +36,8 @@ export const text = {
     about: "Wählen Sie den Regler Ihrer Kammer und geben Sie an, wie er angeschlossen ist. Steht Ihrer nicht in der Liste? Nehmen Sie keinen anderen: Er bekäme falsche Befehle. Dann kann die Station hier nicht eingerichtet werden. Legen Sie für Ihren Regler eine Beschreibung an (wie, steht in der Anleitung unter Hardware), und schreiben Sie die Konfiguration mit einem Editor.",
   },
   try: {
+    never: (part) => `${part}: mit dem, was jetzt dort steht, nie ausprobiert. Gehen Sie zurück und klicken Sie „Ausprobieren“: Ein falscher Regler fällt jetzt auf oder mitten in einer Kampagne.`,
+    failed: (part) => `${part}: Der letzte Versuch ging nicht gut. Gehen Sie zurück und sehen Sie an, was er ergab, bevor sich eine Kampagne darauf verlässt.`,
     button: "Ausprobieren",
     about: "Liest, was der Regler anzeigt. Schreibt nichts.",
     trying: "Wird gefragt …",

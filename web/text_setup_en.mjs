@@ -35,6 +35,8 @@ export const text = {
     about: "Choose the controller of your chamber and say how it is connected. Is yours not in the list? Do not take another one: it would be given wrong commands. Then the station cannot be set up here. Write a map for your controller (the guide says how, under Hardware), and the configuration with an editor.",
   },
   try: {
+    never: (part) => `${part}: never tried with what stands there now. Go back and click “Try it”: a wrong controller is found now or in the middle of a campaign.`,
+    failed: (part) => `${part}: the last try did not go well. Go back and look at what it said before a campaign relies on it.`,
     button: "Try it",
     about: "Reads what the controller shows. Writes nothing.",
     trying: "Asking…",

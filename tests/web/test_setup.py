@@ -467,6 +467,25 @@ class OnThePage(WithStation):
         self.go_to("file")
         self.browser.wait("return document.querySelector('#no-gravity').hidden")
 
+    def test_a_controller_that_was_not_tried_or_did_not_answer_well_is_named_before_it_is_relied_on(self):
+        self.enter_chamber(self.lab.ports["relay"])
+        self.go_to("units")
+        self.enter_slot(self.lab.ports["units"][0])
+        self.go_to("file")
+        self.see("#not-sound", "Chamber: never tried")
+        self.go_to("chamber")
+        self.browser.click("#chamber-try")
+        self.see("#chamber-answer", "Is this the right controller?")
+        self.go_to("file")
+        self.see("#not-sound", "Chamber: the last try did not go well")
+        self.go_to("chamber")
+        self.enter_chamber(self.lab.ports["chamber"])
+        self.browser.click("#chamber-try")
+        self.see("#chamber-answer", "It answers. The air is at 2")
+        self.go_to("file")
+        self.see("#good", "The station takes it as it is.")
+        self.assertFalse(self.browser.run("return document.querySelector('#not-sound').checkVisibility()"))
+
     def test_a_wrong_address_is_told_at_the_field(self):
         self.enter_chamber(unused_port())
         self.browser.click("#chamber-try")
