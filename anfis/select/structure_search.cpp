@@ -10,6 +10,7 @@
 #include <set>
 #include <string>
 
+#include "anfis/select/group_deletion.h"
 #include "anfis/select/uncertainty.h"
 
 namespace soak::anfis {
@@ -35,6 +36,9 @@ base::Status validate_folds(const TrainingData& data, std::span<const int> fold)
     return base::bad_input("fold has " + std::to_string(fold.size()) + " values for " + std::to_string(data.rows()) +
                                " rows: give one per row",
                            "fold");
+  }
+  if (!data.precision_factor.empty()) {
+    return base::bad_input("condensed rows cannot be split into folds: give all rows", "precision_factor");
   }
   if (std::set<int>(fold.begin(), fold.end()).size() < 2) {
     return base::bad_input("a search needs at least two folds", "fold");
@@ -66,16 +70,21 @@ std::vector<Fold> split(const TrainingData& data, std::span<const int> fold) {
   return folds;
 }
 
+base::Result<Training> train_candidate(const TrainingData& data, const StructureSearchOptions& options,
+                                       int memberships) {
+  RuleBaseOptions rule_base = options.rule_base;
+  rule_base.memberships = {memberships};
+  const auto initial = grid_rules(data, rule_base);
+  if (!initial) return base::forward_error(initial);
+  return train(*initial, data, options.learner);
+}
+
 /// Held-out error of each fold for one number of memberships.
 base::Result<std::vector<double>> fold_errors(const std::vector<Fold>& folds, const StructureSearchOptions& options,
                                               int memberships) {
-  RuleBaseOptions rule_base = options.rule_base;
-  rule_base.memberships = {memberships};
   std::vector<double> errors;
   for (const Fold& fold : folds) {
-    const auto initial = grid_rules(fold.train, rule_base);
-    if (!initial) return base::forward_error(initial);
-    const auto training = train(*initial, fold.train, options.learner);
+    const auto training = train_candidate(fold.train, options, memberships);
     if (!training) return base::forward_error(training);
     errors.push_back(shape_rmse(fold.held_out, training->model));
   }
@@ -137,17 +146,14 @@ base::Status check_candidates(int most, const StructureSearchOptions& options) {
 /// Expected squared error of one candidate on all rows; nothing where no rows are left to judge it by.
 base::Result<std::optional<double>> error_on_all(const TrainingData& data, const StructureSearchOptions& options,
                                                  int memberships) {
-  RuleBaseOptions rule_base = options.rule_base;
-  rule_base.memberships = {memberships};
-  const auto initial = grid_rules(data, rule_base);
-  if (!initial) return base::forward_error(initial);
-  const auto training = train(*initial, data, options.learner);
+  const auto training = train_candidate(data, options, memberships);
   if (!training) return base::forward_error(training);
   const auto parameters = effective_parameters(training->model, data, price_of_curvature(options.learner));
   if (!parameters) return base::forward_error(parameters);
-  const double rows = static_cast<double>(data.rows());
+  const double rows = static_cast<double>(data.measured_rows());
   if (rows - *parameters < 1.0) return std::optional<double>();
-  const double weight = data.weight.empty() ? rows : std::accumulate(data.weight.begin(), data.weight.end(), 0.0);
+  const double weight = data.weight.empty() ? static_cast<double>(data.rows())
+                                            : std::accumulate(data.weight.begin(), data.weight.end(), 0.0);
   const double rmse = training->summary.train_rmse;
   return expected_squared_error(rmse * rmse * weight, *parameters);
 }
@@ -203,6 +209,34 @@ base::Result<StructureChoice> search_structure(const TrainingData& data, const S
     return base::bad_input(std::to_string(data.rows()) + " rows leave no candidate anything to be judged by", "x");
   }
   return choice;
+}
+
+base::Result<std::vector<JudgedCandidate>> judge_structures(const CondensedRows& data,
+                                                            const StructureSearchOptions& options) {
+  if (auto status = validate(data.rows, 0); !status) return base::forward_error(status);
+  const int most = std::min(options.max_memberships, most_memberships(data.rows, options));
+  if (auto status = check_candidates(most, options); !status) return base::forward_error(status);
+  std::vector<JudgedCandidate> candidates;
+  for (int memberships = options.min_memberships; memberships <= most; ++memberships) {
+    auto training = train_candidate(data.rows, options, memberships);
+    if (!training) return base::forward_error(training);
+    auto errors = deleted_group_errors(training->model, data, price_of_curvature(options.learner));
+    if (!errors) return base::forward_error(errors);
+    candidates.push_back({std::move(training->model), *std::move(errors)});
+  }
+  return candidates;
+}
+
+CandidateChoice choose_structure(std::span<const JudgedCandidate> candidates, std::optional<std::size_t> left_out) {
+  std::vector<std::vector<double>> errors;
+  for (const JudgedCandidate& candidate : candidates) {
+    errors.push_back(candidate.errors);
+    if (left_out) errors.back().erase(errors.back().begin() + static_cast<std::ptrdiff_t>(*left_out));
+  }
+  constexpr int kFirst = 1;
+  const StructureSearch search = choose(kFirst, 1, errors);
+  const auto chosen = static_cast<std::size_t>(search.chosen - kFirst);
+  return {chosen, search.curve[chosen].mean_error};
 }
 
 }  // namespace soak::anfis

@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "anfis/data/training_data.h"
+#include "anfis/linear/condensed_rows.h"
+#include "anfis/model/model.h"
 #include "anfis/model/rule_base.h"
 #include "anfis/train/learner.h"
 #include "base/result.h"
@@ -71,6 +75,30 @@ struct StructureChoice {
 /// Refuses (bad_input) options out of range and data that leave no candidate. Cost: one training per candidate.
 [[nodiscard]] base::Result<StructureChoice> search_structure(const TrainingData& data,
                                                              const StructureSearchOptions& options);
+
+/// One structure, trained on all rows.
+struct JudgedCandidate {
+  Model model;
+  std::vector<double> errors;  ///< deleted_group_errors(), one for each group
+};
+
+/// Trains one candidate for each number of memberships, rising from min_memberships, and asks how it would err on each
+/// group had it not seen it: what search_structure() with a fold for each group asks, at the cost of one training per
+/// candidate. Refuses (bad_input) what deleted_group_errors() refuses, options out of range and data that leave no
+/// candidate.
+[[nodiscard]] base::Result<std::vector<JudgedCandidate>> judge_structures(const CondensedRows& data,
+                                                                          const StructureSearchOptions& options);
+
+/// A choice among judged candidates.
+struct CandidateChoice {
+  std::size_t index = 0;
+  double mean_error = 0.0;  ///< over groups
+};
+
+/// The first candidate whose mean error exceeds the least one by no more than one standard error of the paired
+/// difference. `left_out`: number of a group whose error does not count; two groups must be left.
+[[nodiscard]] CandidateChoice choose_structure(std::span<const JudgedCandidate> candidates,
+                                               std::optional<std::size_t> left_out = std::nullopt);
 
 /// Number of values of one input that count as different ones: walking up the sorted values, the next one at least half
 /// the widest gap above the last counted. The scatter of a plateau over runs counts once.

@@ -117,8 +117,9 @@ FoldSums sums_of_errors(const Curve& curve, const CurveData& held_out) {
 using FamilySums = std::array<std::optional<FoldSums>, kFamilyCount>;
 
 std::vector<FamilySums> run_outer_folds(const CurveData& data, const OuterFolds& folds, const CurveFitOptions& options,
-                                        RuleChoice choice, CurveFit& fit) {
+                                        RuleChoice choice, const TrainedFamilies& whole, CurveFit& fit) {
   std::vector<FamilySums> all;
+  std::size_t held_out_folds = 0;  // those that have rows
   for (std::size_t f = 0; f < folds.names.size(); ++f) {
     std::vector<bool> train(data.rows.size());
     std::vector<bool> test(data.rows.size());
@@ -128,7 +129,8 @@ std::vector<FamilySums> run_outer_folds(const CurveData& data, const OuterFolds&
     }
     const CurveData held_out = select(data, test);
     if (held_out.rows.empty()) continue;
-    const auto trained = train_families(select(data, train), options, choice);
+    const LeftOut left_out{whole, held_out_folds++};
+    const auto trained = train_families(select(data, train), options, choice, &left_out);
     if (!trained) continue;  // a fold that leaves too little to learn from says nothing about the model
     FoldErrors errors;
     errors.fold = folds.names[f];
@@ -209,7 +211,7 @@ void trace_curve(const CurveData& data, const TrainedFamilies& trained, std::spa
                  RuleChoice choice, CurveFit& fit) {
   const FittedCurve& fitted = *trained[fit.deployed];
   fit.curve = fitted.curve;
-  const CurveVariance variance = variance_of(trained, fit.deployed, choice == RuleChoice::folds_over_runs);
+  const CurveVariance variance = variance_of(trained, fit.deployed, choice == RuleChoice::held_out_runs);
   const std::vector<double> temps_c = temperatures_of(fit);
   const auto runs = static_cast<double>(fit.runs.size());
   fit.budget =
@@ -307,7 +309,7 @@ base::Result<CurveFit> fit_curve(const CurveData& data, const CurveFitOptions& o
 
   const OuterFolds folds = choose_folds(data, judges);
   fit.holdout = folds.kind;
-  const std::vector<FamilySums> sums = run_outer_folds(data, folds, options, choice, fit);
+  const std::vector<FamilySums> sums = run_outer_folds(data, folds, options, choice, *trained, fit);
   fit.deployed = fit.rules > 0 ? Family::anfis : Family::spline;
   bool anfis_competed = true;
   if (folds.kind == "run") add_cross_validation(sums, fit);
