@@ -78,20 +78,6 @@ Cells fill_cells(const TrainingData& data, const std::vector<std::size_t>& toget
   return cells;
 }
 
-TrainingData rows_of(const Cells& cells, const TrainingData& data, const TrainingData& condensed) {
-  TrainingData rows;
-  rows.group_variance = data.group_variance;
-  for (const auto& [group, row] : cells) {
-    for (const auto& [k, cell] : row) {
-      rows.x.push_back(condensed.x[k]);
-      rows.y.push_back(cell.mean);
-      rows.weight.push_back(cell.weight);
-      if (!data.group.empty()) rows.group.push_back(group);
-    }
-  }
-  return rows;
-}
-
 /// V^-1 of one group is diag(w) - share w w^T (Sherman-Morrison).
 double share_of_offset(const std::map<std::size_t, Cell>& row, double group_variance) {
   double weight = 0.0;
@@ -155,21 +141,19 @@ base::Status check(const TrainingData& data, double width) {
 
 }  // namespace
 
-base::Result<CondensedRows> condense(const TrainingData& data, double width,
-                                     const std::function<double(double)>& shape) {
+base::Result<TrainingData> condense(const TrainingData& data, double width,
+                                    const std::function<double(double)>& shape) {
   if (auto status = check(data, width); !status) return base::forward_error(status);
   const std::vector<std::size_t> together = rows_together(data, width);
-  CondensedRows condensed;
-  condensed.rows = condensed_inputs(data, together);
-  const Cells cells = fill_cells(data, together, shape, condensed.rows);
-  condensed.by_group = rows_of(cells, data, condensed.rows);
+  TrainingData condensed = condensed_inputs(data, together);
+  const Cells cells = fill_cells(data, together, shape, condensed);
   const double variance = data.group.empty() ? 0.0 : data.group_variance;
-  const NormalEquations sum = normal_equations(cells, variance, condensed.rows.rows());
+  const NormalEquations sum = normal_equations(cells, variance, condensed.rows());
   const Eigen::VectorXd m = base::solve_llt(sum.matrix, sum.right);
-  condensed.rows.y.assign(m.data(), m.data() + m.size());
-  condensed.rows.squares_within += std::max(0.0, squares_about(m, cells, variance));
+  condensed.y.assign(m.data(), m.data() + m.size());
+  condensed.squares_within += std::max(0.0, squares_about(m, cells, variance));
   const Eigen::MatrixXd factor = base::cholesky(sum.matrix).transpose();
-  condensed.rows.precision_factor.assign(factor.data(), factor.data() + factor.size());
+  condensed.precision_factor.assign(factor.data(), factor.data() + factor.size());
   return condensed;
 }
 

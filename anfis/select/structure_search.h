@@ -2,12 +2,13 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
+#include <map>
 #include <optional>
 #include <span>
 #include <vector>
 
 #include "anfis/data/training_data.h"
-#include "anfis/linear/condensed_rows.h"
 #include "anfis/model/model.h"
 #include "anfis/model/rule_base.h"
 #include "anfis/train/learner.h"
@@ -76,29 +77,40 @@ struct StructureChoice {
 [[nodiscard]] base::Result<StructureChoice> search_structure(const TrainingData& data,
                                                              const StructureSearchOptions& options);
 
-/// One structure, trained on all rows.
+/// How far a candidate that has not learned from a group lies from its rows.
+struct GroupError {
+  int group = 0;
+  int fold = 0;          ///< with which the group was left out
+  double weight = 0.0;   ///< of its rows
+  double squares = 0.0;  ///< weight times shape_rmse() squared
+};
+
+/// One number of memberships, judged on each group by models that learned from other folds.
 struct JudgedCandidate {
-  Model model;
-  std::vector<double> errors;  ///< deleted_group_errors(), one for each group
+  int memberships = 0;
+  std::vector<GroupError> errors;
+  std::map<int, Model> models;  ///< by fold: the one that has not learned from it
+
+  /// The model that has not learned from a group; null where none has left it out.
+  [[nodiscard]] const Model* without(int group) const;
 };
 
-/// Trains one candidate for each number of memberships, rising from min_memberships, and asks how it would err on each
-/// group had it not seen it: what search_structure() with a fold for each group asks, at the cost of one training per
-/// candidate. Refuses (bad_input) what deleted_group_errors() refuses, options out of range and data that leave no
-/// candidate.
-[[nodiscard]] base::Result<std::vector<JudgedCandidate>> judge_structures(const CondensedRows& data,
-                                                                          const StructureSearchOptions& options);
+/// What stands for the rows of a fold in a training.
+using Condense = std::function<base::Result<TrainingData>(const TrainingData&)>;
 
-/// A choice among judged candidates.
-struct CandidateChoice {
-  std::size_t index = 0;
-  double mean_error = 0.0;  ///< over groups
-};
+/// The trainings of search_structure() with folds, each on what `condense` makes of the rows of its fold, and their
+/// errors on every group left out. Groups of fold kNoJudge are learned from in every fold and judge nothing. Refuses
+/// (bad_input) what search_structure() refuses, and what `condense` refuses.
+[[nodiscard]] base::Result<std::vector<JudgedCandidate>> judge_structures(const TrainingData& data,
+                                                                          std::span<const int> fold,
+                                                                          const StructureSearchOptions& options,
+                                                                          const Condense& condense);
+inline constexpr int kNoJudge = -1;
 
-/// The first candidate whose mean error exceeds the least one by no more than one standard error of the paired
-/// difference. `left_out`: number of a group whose error does not count; two groups must be left.
-[[nodiscard]] CandidateChoice choose_structure(std::span<const JudgedCandidate> candidates,
-                                               std::optional<std::size_t> left_out = std::nullopt);
+/// The choice of search_structure() among the candidates with `most` memberships at most (but the fewest there are).
+/// `left_out`: a group whose errors do not count; the others must be of two folds.
+[[nodiscard]] StructureSearch choose_structure(std::span<const JudgedCandidate> candidates, int most,
+                                               std::optional<int> left_out = std::nullopt);
 
 /// Number of values of one input that count as different ones: walking up the sorted values, the next one at least half
 /// the widest gap above the last counted. The scatter of a plateau over runs counts once.

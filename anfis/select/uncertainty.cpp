@@ -8,13 +8,49 @@
 #include <string>
 
 #include "anfis/linear/least_squares.h"
-#include "anfis/select/detail/linearised.h"
+#include "anfis/objective/layer.h"
+#include "anfis/objective/projected_problem.h"
+#include "anfis/train/detail/training_steps.h"
 #include "base/linear/dense_solve.h"
 
 namespace soak::anfis {
 namespace {
 
 constexpr double kSingularTolerance = 1e-6;
+// Columns below this share of the largest are rounding error of a derivative that is zero: unit norm would make them
+// real.
+constexpr double kZeroColumn = 1e-10;
+
+/// df/d(consequents, premises) of the scaled output at the rows of data.
+Eigen::MatrixXd jacobian(const Model& model, const TrainingData& points) {
+  training::Layer layer(model, points);
+  layer.compute(model);
+  layer.compute_output(model);
+  Eigen::MatrixXd consequents(layer.padded_rows(), static_cast<Eigen::Index>(consequent_count(model)));
+  layer.consequent_matrix(model, consequents);
+  const Eigen::MatrixXd premises = layer.jacobian(model);
+  Eigen::MatrixXd all(premises.rows(), consequents.cols() + premises.cols());
+  all << consequents.topRows(premises.rows()), premises;
+  return all;
+}
+
+/// What a fit looks like to its parameters: rows and price of curvature (no rows without one), whitened.
+struct Linearised {
+  Eigen::MatrixXd rows;
+  Eigen::MatrixXd price;
+};
+
+Linearised linearise(const Model& model, const TrainingData& data, double smoothness, const GroupWhitening& whitening) {
+  Linearised fit;
+  fit.rows = jacobian(model, data);
+  whitening.apply(fit.rows);
+  fit.price.resize(0, fit.rows.cols());
+  if (smoothness > 0.0) {
+    training::CurvaturePenalty penalty(model, data, smoothness * whitening.total_weight());
+    fit.price = penalty.jacobian(model);
+  }
+  return fit;
+}
 
 // F with F F^T = (J^T J)^+, for a whitened J.
 Eigen::MatrixXd covariance_factor(const Eigen::MatrixXd& j) {
@@ -33,11 +69,26 @@ double whitened_residual_squares(const Model& model, const TrainingData& data, c
   return whitened.squaredNorm() + data.squares_within;
 }
 
+base::Status validate_arguments(const Model& model, const TrainingData& data, double smoothness) {
+  if (auto status = validate(model); !status) return status;
+  if (auto status = validate(data, 0); !status) return status;
+  if (data.inputs != model.inputs.size()) {
+    return base::bad_input("the data have " + std::to_string(data.inputs) + " inputs, the model has " +
+                               std::to_string(model.inputs.size()),
+                           "x");
+  }
+  if (std::isinf(data.group_variance)) {
+    return base::bad_input("free group offsets leave the level of the curve no finite variance: give an estimate of it",
+                           "group_variance");
+  }
+  return training::validate_smoothness(smoothness, data.inputs);
+}
+
 }  // namespace
 
 base::Result<PredictionVariance> PredictionVariance::of(const Model& model, const TrainingData& data,
                                                         double smoothness) {
-  if (auto status = validate_linearisation(model, data, smoothness); !status) return base::forward_error(status);
+  if (auto status = validate_arguments(model, data, smoothness); !status) return base::forward_error(status);
   const GroupWhitening whitening(data);
   const auto [j, price] = linearise(model, data, smoothness, whitening);
   PredictionVariance variance;
@@ -64,7 +115,7 @@ base::Result<PredictionVariance> PredictionVariance::of(const Model& model, cons
 }
 
 base::Result<double> effective_parameters(const Model& model, const TrainingData& data, double smoothness) {
-  if (auto status = validate_linearisation(model, data, smoothness); !status) return base::forward_error(status);
+  if (auto status = validate_arguments(model, data, smoothness); !status) return base::forward_error(status);
   const GroupWhitening whitening(data);
   const auto [j, price] = linearise(model, data, smoothness, whitening);
   const Eigen::MatrixXd of_rows = j.transpose() * j;

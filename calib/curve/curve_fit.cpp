@@ -119,7 +119,6 @@ using FamilySums = std::array<std::optional<FoldSums>, kFamilyCount>;
 std::vector<FamilySums> run_outer_folds(const CurveData& data, const OuterFolds& folds, const CurveFitOptions& options,
                                         RuleChoice choice, const TrainedFamilies& whole, CurveFit& fit) {
   std::vector<FamilySums> all;
-  std::size_t held_out_folds = 0;  // those that have rows
   for (std::size_t f = 0; f < folds.names.size(); ++f) {
     std::vector<bool> train(data.rows.size());
     std::vector<bool> test(data.rows.size());
@@ -129,7 +128,7 @@ std::vector<FamilySums> run_outer_folds(const CurveData& data, const OuterFolds&
     }
     const CurveData held_out = select(data, test);
     if (held_out.rows.empty()) continue;
-    const LeftOut left_out{whole, held_out_folds++};
+    const LeftOut left_out{whole, static_cast<int>(f)};
     const auto trained = train_families(select(data, train), options, choice, &left_out);
     if (!trained) continue;  // a fold that leaves too little to learn from says nothing about the model
     FoldErrors errors;
@@ -211,7 +210,7 @@ void trace_curve(const CurveData& data, const TrainedFamilies& trained, std::spa
                  RuleChoice choice, CurveFit& fit) {
   const FittedCurve& fitted = *trained[fit.deployed];
   fit.curve = fitted.curve;
-  const CurveVariance variance = variance_of(trained, fit.deployed, choice == RuleChoice::held_out_runs);
+  const CurveVariance variance = variance_of(trained, fit.deployed, choice == RuleChoice::folds_over_runs);
   const std::vector<double> temps_c = temperatures_of(fit);
   const auto runs = static_cast<double>(fit.runs.size());
   fit.budget =

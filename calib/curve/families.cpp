@@ -10,7 +10,6 @@
 #include <set>
 #include <utility>
 
-#include "anfis/linear/condensed_rows.h"
 #include "base/statistics.h"
 #include "calib/curve/detail/anfis_training.h"
 
@@ -82,15 +81,6 @@ OffsetScatter offset_scatter(const std::map<int, RowsOffset>& offsets) {
 
 constexpr int kBlockFolds = 5;
 constexpr std::size_t kRowsPerBlock = 10;
-/// Rows closer together than this share of the range are condensed for the ANFIS.
-constexpr double kCondensedShare = 0.02;
-
-/// Least and largest temperature of the rows.
-std::pair<double, double> range_of(const CurveData& data) {
-  const auto [low, high] = std::minmax_element(data.rows.begin(), data.rows.end(),
-                                               [](const auto& a, const auto& b) { return a.temp_c < b.temp_c; });
-  return {low->temp_c, high->temp_c};
-}
 
 }  // namespace
 
@@ -208,13 +198,10 @@ base::Result<TrainedFamilies> train_families(const CurveData& data, const CurveF
   keep(Family::poly5, fit_polynomial(rows, 5));
   auto spline = fit_smoothing_spline(rows);
   if (!spline) return base::forward_error(spline);
-  const std::pair<double, double> range_c = range_of(data);
-  const auto condensed = anfis::condense(rows, kCondensedShare * (range_c.second - range_c.first),
-                                         [&](double temp_c) { return evaluate(spline->curve, temp_c); });
-  if (!condensed) return base::forward_error(condensed);
+  const Curve shape = spline->curve;
   keep(Family::spline, std::move(spline));
   if (left_out != nullptr && !left_out->whole[Family::anfis]) return trained;
-  const base::Status learned = train_anfis(range_c, *condensed, options, choice, left_out, trained);
+  const base::Status learned = train_anfis({rows, shape, judging_runs(data)}, options, choice, left_out, trained);
   // Too few temperatures leave the ANFIS out; a rule count that the user asked for is the user's to mend.
   if (!learned && options.rules) return base::forward_error(learned);
   return trained;

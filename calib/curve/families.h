@@ -52,7 +52,7 @@ struct VarianceComponents {
 [[nodiscard]] anfis::TrainingData training_data(const CurveData& data, const VarianceComponents& components,
                                                 const std::vector<bool>& keep = {});
 
-/// Structures of the ANFIS by kind of membership, trained on all rows and judged on each run by the others.
+/// Numbers of rules of the ANFIS, by kind of membership, each judged on runs that it has not learned from.
 using AnfisCandidates = std::vector<std::vector<anfis::JudgedCandidate>>;
 
 /// All families fitted to the same rows; absent where the rows have too few temperatures for one.
@@ -62,7 +62,7 @@ struct TrainedFamilies {
   int rules = 0;
   std::string membership;
   std::string training;        ///< one line about the ANFIS' training
-  AnfisCandidates candidates;  ///< of a whole fit by RuleChoice::held_out_runs without a number of rules given
+  AnfisCandidates candidates;  ///< of a whole fit by RuleChoice::folds_over_runs without a number of rules given
 
   [[nodiscard]] const std::optional<FittedCurve>& operator[](Family family) const {
     return fitted[static_cast<std::size_t>(family)];
@@ -70,9 +70,9 @@ struct TrainedFamilies {
 };
 
 /// How the number of ANFIS rules is chosen.
-enum class RuleChoice { expected_error, held_out_runs };
+enum class RuleChoice { expected_error, folds_over_runs };
 
-/// By what runs say of a fit to the others (anfis::judge_structures) where there are more than kRunsWithoutFolds, else
+/// By inner folds over runs (anfis::judge_structures) where there are more than kRunsWithoutFolds, else
 /// by the expected error on all rows (anfis::search_structure).
 inline constexpr std::size_t kRunsWithoutFolds = 3;
 /// Part of a `baseline_deployed` warning of so few runs; the report tells them by it from those judged on held-out
@@ -80,19 +80,19 @@ inline constexpr std::size_t kRunsWithoutFolds = 3;
 inline constexpr std::string_view kFewRunsAreNoJudge = "so few runs are no judge when held out";
 /// `runs`: those that can be judges (judging_runs()).
 [[nodiscard]] constexpr RuleChoice rule_choice(std::size_t runs) {
-  return runs > kRunsWithoutFolds ? RuleChoice::held_out_runs : RuleChoice::expected_error;
+  return runs > kRunsWithoutFolds ? RuleChoice::folds_over_runs : RuleChoice::expected_error;
 }
 
-/// What an outer fold has left out of the rows, and the fit of all of them.
+/// The fit of all rows, and the outer fold that has been left out of them: the run where folds are runs.
 struct LeftOut {
   const TrainedFamilies& whole;
-  std::size_t run = 0;  ///< number among the runs of all rows
+  int fold = 0;
 };
 
 /// Fits every family to the rows. `choice`: that of the whole fit, also where an outer fold has left a run out of the
-/// rows; held-out runs need two that have been at several temperatures. With `left_out` the curves alone are wanted: the
-/// ANFIS has no variance then. By held-out runs it has the structure that the runs which are left choose among the
-/// candidates of all rows, and its training begins at that candidate's premises instead of a grid.
+/// rows; folds over runs need two that have been at several temperatures. With `left_out` the curves alone are wanted:
+/// the ANFIS has no variance then. By folds over runs it has the structure that the inner folds of the whole fit choose
+/// by their errors on the other runs, and its training begins where the inner fold without that run has ended.
 [[nodiscard]] base::Result<TrainedFamilies> train_families(const CurveData& data, const CurveFitOptions& options,
                                                            RuleChoice choice, const LeftOut* left_out = nullptr);
 

@@ -78,7 +78,7 @@ bool has_warning(const CurveFit& fit, const std::string& code) {
 double error_without(const CurveData& data, int run) {
   std::vector<bool> others;
   for (const CurveRow& row : data.rows) others.push_back(row.run != run);
-  const auto trained = train_families(select(data, others), {}, RuleChoice::held_out_runs);
+  const auto trained = train_families(select(data, others), {}, RuleChoice::folds_over_runs);
   if (!trained) throw std::runtime_error(trained.error().message);
   double squares = 0.0;
   int count = 0;

@@ -1,20 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <utility>
+#include <set>
 
-#include "anfis/linear/condensed_rows.h"
+#include "anfis/data/training_data.h"
 #include "base/result.h"
 #include "calib/curve/families.h"
 
 namespace soak::calib {
 
+/// What the ANFIS learns from.
+struct AnfisRows {
+  const anfis::TrainingData& all;
+  const Curve& shape;    ///< a curve of all rows, along which they are condensed
+  std::set<int> judges;  ///< runs that can judge a curve
+};
+
 /// Chooses the rules of the ANFIS by `choice` (or takes options.rules), trains it on the condensed rows and puts it
-/// into `trained`, with its candidates where a whole fit has judged them. `range_c`: least and largest temperature that
-/// the curve is for. `left_out`: of an outer fold, else null; then the whole fit has an ANFIS. Refuses too few
-/// temperatures.
-[[nodiscard]] base::Status train_anfis(const std::pair<double, double>& range_c, const anfis::CondensedRows& rows,
-                                       const CurveFitOptions& options, RuleChoice choice, const LeftOut* left_out,
-                                       TrainedFamilies& trained);
+/// into `trained`, with its candidates where a whole fit has judged them. `left_out`: of an outer fold, else null; then
+/// the whole fit has an ANFIS. Refuses too few temperatures.
+[[nodiscard]] base::Status train_anfis(const AnfisRows& rows, const CurveFitOptions& options, RuleChoice choice,
+                                       const LeftOut* left_out, TrainedFamilies& trained);
 
 }  // namespace soak::calib
