@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -34,7 +35,11 @@ base::Status validate_sizes(const TrainingData& data) {
   }
   if (auto status = check(data.y.size(), "y"); !status) return status;
   if (auto status = data.weight.empty() ? base::Status{} : check(data.weight.size(), "weight"); !status) return status;
-  return data.group.empty() ? base::Status{} : check(data.group.size(), "group");
+  if (auto status = data.group.empty() ? base::Status{} : check(data.group.size(), "group"); !status) return status;
+  const std::size_t factor = data.precision_factor.size();
+  if (factor == 0 || (factor == data.rows() * data.rows() && data.group.empty())) return {};
+  return base::bad_input("condensed rows have a factor of rows x rows numbers and no groups: take them from condense()",
+                         "precision_factor");
 }
 
 base::Status validate_values(const TrainingData& data) {
@@ -52,6 +57,10 @@ base::Status validate_values(const TrainingData& data) {
   }
   if (!(data.group_variance >= 0.0)) {
     return base::bad_input("the variance of the groups' offsets must not be negative", "group_variance");
+  }
+  if (!std::ranges::all_of(data.precision_factor, is_usable) || !is_usable(data.squares_within)) {
+    return base::bad_input("the factor of condensed rows must be finite numbers: change the units of the weights",
+                           "precision_factor");
   }
   if (data.group_variance > 0.0 && data.group.empty()) {
     return base::bad_input("a variance of the groups' offsets needs the group of each row", "group");
@@ -109,6 +118,7 @@ base::Status validate(const TrainingData& data, std::size_t parameters) {
 }
 
 TrainingData select_rows(const TrainingData& data, const std::vector<bool>& keep) {
+  assert(data.precision_factor.empty());
   TrainingData selected;
   selected.group_variance = data.group_variance;
   selected.inputs = data.inputs;

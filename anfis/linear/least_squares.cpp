@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "anfis/linear/least_squares.h"
 
+#include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <limits>
@@ -19,7 +20,26 @@ Eigen::VectorXd unit_norm_scale(const Eigen::Ref<const Eigen::MatrixXd>& a) {
   return (norm.array() > 0.0).select(norm.cwiseInverse(), 1.0);
 }
 
+/// Values with zeros, or repetitions of the last, up to `rows`.
+template <class Value>
+std::vector<Value> filled_up(std::vector<Value> values, std::size_t rows, Value with) {
+  if (!values.empty()) values.resize(rows, with);
+  return values;
+}
+
 }  // namespace
+
+GroupWhitening::GroupWhitening(const TrainingData& data, std::size_t padded_rows)
+    : GroupWhitening(
+          std::max(padded_rows, data.rows()),
+          filled_up(data.weight.empty() ? std::vector<double>(data.rows(), 1.0) : data.weight,
+                    std::max(padded_rows, data.rows()), 0.0),
+          filled_up(data.group, std::max(padded_rows, data.rows()), data.group.empty() ? 0 : data.group.back()),
+          data.group_variance) {
+  if (data.precision_factor.empty()) return;
+  const auto rows = static_cast<Eigen::Index>(data.rows());
+  factor_ = Eigen::Map<const Eigen::MatrixXd>(data.precision_factor.data(), rows, rows);
+}
 
 GroupWhitening::GroupWhitening(std::size_t rows, std::span<const double> weight, std::span<const int> group,
                                double group_variance)
@@ -44,13 +64,36 @@ GroupWhitening::GroupWhitening(std::size_t rows, std::span<const double> weight,
 }
 
 void GroupWhitening::apply(Eigen::Ref<Eigen::MatrixXd> values) const {
+  if (factor_.size() > 0) return apply_factor(values);
   values.array().colwise() *= root_weight_.array();
   shrink_groups(values);
 }
 
 void GroupWhitening::apply_transposed(Eigen::Ref<Eigen::MatrixXd> values) const {
+  if (factor_.size() > 0) return apply_factor_transposed(values);
   shrink_groups(values);
   values.array().colwise() *= root_weight_.array();
+}
+
+// z <- R z in place: entry j is read before any step changes it.
+void GroupWhitening::apply_factor(Eigen::Ref<Eigen::MatrixXd> values) const {
+  for (Eigen::Index column = 0; column < values.cols(); ++column) {
+    auto z = values.col(column);
+    for (Eigen::Index j = 0; j < factor_.cols(); ++j) {
+      const double at_j = z(j);
+      z.head(j) += at_j * factor_.col(j).head(j);
+      z(j) = at_j * factor_(j, j);
+    }
+    z.tail(z.size() - factor_.rows()).setZero();
+  }
+}
+
+void GroupWhitening::apply_factor_transposed(Eigen::Ref<Eigen::MatrixXd> values) const {
+  for (Eigen::Index column = 0; column < values.cols(); ++column) {
+    auto z = values.col(column);
+    for (Eigen::Index j = factor_.cols(); j-- > 0;) z(j) = factor_.col(j).head(j + 1).dot(z.head(j + 1));
+    z.tail(z.size() - factor_.rows()).setZero();
+  }
 }
 
 // z <- z - kappa u (u^T z) / (u^T u)

@@ -6,6 +6,8 @@
 #include <span>
 #include <vector>
 
+#include "anfis/data/training_data.h"
+
 namespace soak::anfis {
 
 /// Whitening of rows that share a random offset per group (a run's own bias). With
@@ -23,6 +25,9 @@ class GroupWhitening {
   /// each row, or empty for no groups; group_variance >= 0 in the units of 1/weight. `rows` is the number of rows;
   /// sizes that disagree with it are a bug of the caller (validate data with validate(TrainingData)).
   GroupWhitening(std::size_t rows, std::span<const double> weight, std::span<const int> group, double group_variance);
+  /// That of the data; of condensed rows L is their factor. `padded_rows`: filled up to so many with rows that weigh
+  /// nothing (0: as many as there are).
+  explicit GroupWhitening(const TrainingData& data, std::size_t padded_rows = 0);
 
   /// values <- L values, column by column.
   void apply(Eigen::Ref<Eigen::MatrixXd> values) const;
@@ -40,11 +45,14 @@ class GroupWhitening {
     double factor = 0.0;  ///< kappa / (u^T u)
   };
 
+  void apply_factor(Eigen::Ref<Eigen::MatrixXd> values) const;
+  void apply_factor_transposed(Eigen::Ref<Eigen::MatrixXd> values) const;
   void shrink(const Group& group, Eigen::Ref<Eigen::VectorXd> column) const;
   void shrink_groups(Eigen::Ref<Eigen::MatrixXd> values) const;
 
   Eigen::VectorXd root_weight_;
   std::vector<Group> groups_;  ///< in the order of first appearance; empty where nothing is to be shrunk
+  Eigen::MatrixXd factor_;     ///< of condensed rows, else empty
 };
 
 /// Solution of min ||A x - b||. Style of use: whiten A and b first (GroupWhitening), else covariances mean nothing.

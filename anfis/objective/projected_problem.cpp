@@ -14,14 +14,10 @@ using Eigen::Index;
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-/// Weights and groups of the rows, filled up with rows that weigh nothing.
-GroupWhitening padded_whitening(const TrainingData& data, Index padded_rows, double group_variance) {
-  const auto rows = static_cast<std::size_t>(padded_rows);
-  std::vector<double> weight = data.weight.empty() ? std::vector<double>(data.rows(), 1.0) : data.weight;
-  weight.resize(rows, 0.0);
-  std::vector<int> group = data.group;
-  if (!group.empty()) group.resize(rows, group.back());
-  return {rows, weight, group, group_variance};
+/// Data whose groups, where they have offsets at all, have free ones.
+TrainingData with_free_offsets(TrainingData data) {
+  if (data.group_variance > 0.0) data.group_variance = std::numeric_limits<double>::infinity();
+  return data;
 }
 
 Eigen::VectorXd padded_outputs(const TrainingData& data, const Scale& scale, Index padded_rows) {
@@ -61,7 +57,7 @@ ProjectedProblem::ProjectedProblem(const Model& model, const TrainingData& data,
                                    double initial_covariance)
     : model_(model),
       layer_(model, data),
-      whitening_(padded_whitening(data, layer_.padded_rows(), data.group_variance)),
+      whitening_(data, static_cast<std::size_t>(layer_.padded_rows())),
       outputs_(padded_outputs(data, model.output, layer_.padded_rows())),
       curvature_(smoothness > 0.0
                      ? std::make_optional<CurvaturePenalty>(model, data, smoothness * whitening_.total_weight())
@@ -75,6 +71,7 @@ ProjectedProblem::ProjectedProblem(const Model& model, const TrainingData& data,
       sequential_row_(a_.cols()) {
   whitening_.apply(residuals_);
   right_.head(outputs_.size()) = residuals_;
+  squares_within_ = data.squares_within / (model.output.half_range * model.output.half_range);
 }
 
 void ProjectedProblem::compute_rows() {
@@ -107,7 +104,7 @@ double ProjectedProblem::measure() {
   layer_.compute_output(model_);
   residuals_ = outputs_ - layer_.output();
   whitening_.apply(residuals_);
-  const double squares = residuals_.squaredNorm();
+  const double squares = residuals_.squaredNorm() + squares_within_;
   error_ = squares + (curvature_ ? curvature_->price(model_) : 0.0);
   return std::sqrt(squares / error_per_square_rmse());
 }
@@ -127,8 +124,7 @@ void ProjectedProblem::gradient(std::span<double> gradient) {
 
 CheckingError::CheckingError(const Model& model, const TrainingData& data)
     : layer_(model, data),
-      whitening_(padded_whitening(data, layer_.padded_rows(),
-                                  data.group_variance > 0.0 ? std::numeric_limits<double>::infinity() : 0.0)),
+      whitening_(with_free_offsets(data), static_cast<std::size_t>(layer_.padded_rows())),
       outputs_(padded_outputs(data, Scale{}, layer_.padded_rows())),
       residuals_(outputs_.size()) {}
 

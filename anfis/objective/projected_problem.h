@@ -92,6 +92,7 @@ class ProjectedProblem {
   Eigen::MatrixXd a_;      ///< whitened, then the rows of the penalty
   Eigen::VectorXd right_;  ///< whitened outputs, then a zero per row of the penalty
   ConsequentSolver solver_;
+  double squares_within_ = 0.0;  ///< scaled
   double error_ = 0.0;
   Eigen::VectorXd residuals_;  ///< whitened
   Eigen::VectorXd pull_;       ///< dE/df

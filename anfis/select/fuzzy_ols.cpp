@@ -236,6 +236,9 @@ std::string FuzzyOlsReport::one_line() const {
 base::Result<FuzzyOls> fuzzy_ols(const TrainingData& data, const FuzzyOlsOptions& options) {
   if (auto status = options.validate(); !status) return base::forward_error(status);
   if (auto status = validate(data, 2); !status) return base::forward_error(status);
+  if (!data.precision_factor.empty()) {
+    return base::bad_input("condensed rows cannot be clustered: give all rows", "precision_factor");
+  }
   if (!std::isfinite(shape_rmse(data, data.y))) return training::unusable_numbers();
   const fuzzy::Split rows = fuzzy::split(data, options.held_out_share, options.clustering.seed);
   if (auto status = check_rows(rows.fit, options.clusters.front()); !status) return base::forward_error(status);

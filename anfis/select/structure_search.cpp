@@ -30,13 +30,22 @@ Mean mean_of(const std::vector<double>& values) {
   return {mean, std::sqrt(squares / (count - 1.0) / count)};
 }
 
+std::set<int> fold_ids(std::span<const int> fold) {
+  std::set<int> ids(fold.begin(), fold.end());
+  ids.erase(kNoJudge);
+  return ids;
+}
+
 base::Status validate_folds(const TrainingData& data, std::span<const int> fold) {
   if (fold.size() != data.rows()) {
     return base::bad_input("fold has " + std::to_string(fold.size()) + " values for " + std::to_string(data.rows()) +
                                " rows: give one per row",
                            "fold");
   }
-  if (std::set<int>(fold.begin(), fold.end()).size() < 2) {
+  if (!data.precision_factor.empty()) {
+    return base::bad_input("condensed rows cannot be split into folds: give all rows", "precision_factor");
+  }
+  if (fold_ids(fold).size() < 2) {
     return base::bad_input("a search needs at least two folds", "fold");
   }
   std::map<int, int> fold_of_group;
@@ -50,35 +59,78 @@ base::Status validate_folds(const TrainingData& data, std::span<const int> fold)
 }
 
 struct Fold {
+  int id = 0;
   TrainingData train;
-  TrainingData held_out;
+  std::vector<TrainingData> held_out;  ///< group by group, or all rows where there are no groups
 };
 
-std::vector<Fold> split(const TrainingData& data, std::span<const int> fold) {
+std::vector<TrainingData> split_groups(const TrainingData& data) {
+  if (data.group.empty()) return {data};
+  std::vector<TrainingData> groups;
+  for (const int id : std::set<int>(data.group.begin(), data.group.end())) {
+    std::vector<bool> inside(data.rows());
+    std::transform(data.group.begin(), data.group.end(), inside.begin(), [id](int g) { return g == id; });
+    groups.push_back(select_rows(data, inside));
+  }
+  return groups;
+}
+
+base::Result<std::vector<Fold>> split(const TrainingData& data, std::span<const int> fold, const Condense& condense) {
   std::vector<Fold> folds;
-  for (const int id : std::set<int>(fold.begin(), fold.end())) {
+  for (const int id : fold_ids(fold)) {
     std::vector<bool> outside(data.rows());
     std::transform(fold.begin(), fold.end(), outside.begin(), [id](int f) { return f != id; });
     std::vector<bool> inside = outside;
     inside.flip();
-    folds.push_back({select_rows(data, outside), select_rows(data, inside)});
+    auto train = condense(select_rows(data, outside));
+    if (!train) return base::forward_error(train);
+    folds.push_back({id, *std::move(train), split_groups(select_rows(data, inside))});
   }
   return folds;
 }
 
-/// Held-out error of each fold for one number of memberships.
-base::Result<std::vector<double>> fold_errors(const std::vector<Fold>& folds, const StructureSearchOptions& options,
-                                              int memberships) {
+double total_weight(const TrainingData& data) {
+  return data.weight.empty() ? static_cast<double>(data.rows())
+                             : std::accumulate(data.weight.begin(), data.weight.end(), 0.0);
+}
+
+base::Result<Training> train_candidate(const TrainingData& data, const StructureSearchOptions& options,
+                                       int memberships) {
   RuleBaseOptions rule_base = options.rule_base;
   rule_base.memberships = {memberships};
-  std::vector<double> errors;
+  const auto initial = grid_rules(data, rule_base);
+  if (!initial) return base::forward_error(initial);
+  return train(*initial, data, options.learner);
+}
+
+/// Held-out errors of one number of memberships.
+base::Result<JudgedCandidate> judge(const std::vector<Fold>& folds, const StructureSearchOptions& options,
+                                    int memberships) {
+  JudgedCandidate candidate{memberships, {}, {}};
   for (const Fold& fold : folds) {
-    const auto initial = grid_rules(fold.train, rule_base);
-    if (!initial) return base::forward_error(initial);
-    const auto training = train(*initial, fold.train, options.learner);
+    auto training = train_candidate(fold.train, options, memberships);
     if (!training) return base::forward_error(training);
-    errors.push_back(shape_rmse(fold.held_out, training->model));
+    for (const TrainingData& rows : fold.held_out) {
+      const double rmse = shape_rmse(rows, training->model);
+      const double weight = total_weight(rows);
+      candidate.errors.push_back({rows.group.empty() ? 0 : rows.group.front(), fold.id, weight, rmse * rmse * weight});
+    }
+    candidate.models.emplace(fold.id, std::move(training->model));
   }
+  return candidate;
+}
+
+/// Held-out error of each fold.
+std::vector<double> fold_errors(const JudgedCandidate& candidate, std::optional<int> left_out) {
+  std::map<int, GroupError> folds;
+  for (const GroupError& error : candidate.errors) {
+    if (error.group == left_out) continue;
+    GroupError& sum = folds[error.fold];
+    sum.weight += error.weight;
+    sum.squares += error.squares;
+  }
+  std::vector<double> errors;
+  for (const auto& [id, sum] : folds) errors.push_back(std::sqrt(sum.squares / sum.weight));
   return errors;
 }
 
@@ -108,7 +160,7 @@ int most_memberships(const TrainingData& data, const StructureSearchOptions& opt
   return most;
 }
 
-StructureSearch choose(int min_memberships, std::size_t inputs, const std::vector<std::vector<double>>& errors) {
+StructureSearch choose(int min_memberships, const std::vector<std::vector<double>>& errors) {
   const auto less_mean = [](const auto& a, const auto& b) { return mean_of(a).value < mean_of(b).value; };
   const auto best = std::min_element(errors.begin(), errors.end(), less_mean);
   StructureSearch search;
@@ -119,8 +171,8 @@ StructureSearch choose(int min_memberships, std::size_t inputs, const std::vecto
     const Mean mean = mean_of(errors[i]);
     const Mean excess = mean_of(difference);
     const int memberships = min_memberships + static_cast<int>(i);
-    search.curve.push_back({memberships, power(memberships, inputs), mean.value, mean.standard_error, excess.value,
-                            excess.standard_error});
+    search.curve.push_back(
+        {memberships, memberships, mean.value, mean.standard_error, excess.value, excess.standard_error});
     if (search.chosen == 0 && excess.value <= excess.standard_error) search.chosen = memberships;
   }
   return search;
@@ -137,19 +189,14 @@ base::Status check_candidates(int most, const StructureSearchOptions& options) {
 /// Expected squared error of one candidate on all rows; nothing where no rows are left to judge it by.
 base::Result<std::optional<double>> error_on_all(const TrainingData& data, const StructureSearchOptions& options,
                                                  int memberships) {
-  RuleBaseOptions rule_base = options.rule_base;
-  rule_base.memberships = {memberships};
-  const auto initial = grid_rules(data, rule_base);
-  if (!initial) return base::forward_error(initial);
-  const auto training = train(*initial, data, options.learner);
+  const auto training = train_candidate(data, options, memberships);
   if (!training) return base::forward_error(training);
   const auto parameters = effective_parameters(training->model, data, price_of_curvature(options.learner));
   if (!parameters) return base::forward_error(parameters);
-  const double rows = static_cast<double>(data.rows());
+  const double rows = static_cast<double>(data.measured_rows());
   if (rows - *parameters < 1.0) return std::optional<double>();
-  const double weight = data.weight.empty() ? rows : std::accumulate(data.weight.begin(), data.weight.end(), 0.0);
   const double rmse = training->summary.train_rmse;
-  return expected_squared_error(rmse * rmse * weight, *parameters);
+  return expected_squared_error(rmse * rmse * total_weight(data), *parameters);
 }
 
 }  // namespace
@@ -171,21 +218,47 @@ int resolved_values(const TrainingData& data, std::size_t input) {
   return count;
 }
 
-base::Result<StructureSearch> search_structure(const TrainingData& data, std::span<const int> fold,
-                                               const StructureSearchOptions& options) {
+const Model* JudgedCandidate::without(int group) const {
+  const auto error = std::ranges::find(errors, group, &GroupError::group);
+  return error == errors.end() ? nullptr : &models.at(error->fold);
+}
+
+base::Result<std::vector<JudgedCandidate>> judge_structures(const TrainingData& data, std::span<const int> fold,
+                                                            const StructureSearchOptions& options,
+                                                            const Condense& condense) {
   if (auto status = validate(data, 0); !status) return base::forward_error(status);
   if (auto status = validate_folds(data, fold); !status) return base::forward_error(status);
-  const std::vector<Fold> folds = split(data, fold);
+  const auto folds = split(data, fold, condense);
+  if (!folds) return base::forward_error(folds);
   int most = options.max_memberships;
-  for (const Fold& f : folds) most = std::min(most, most_memberships(f.train, options));
+  for (const Fold& f : *folds) most = std::min(most, most_memberships(f.train, options));
   if (auto status = check_candidates(most, options); !status) return base::forward_error(status);
-  std::vector<std::vector<double>> errors;
+  std::vector<JudgedCandidate> candidates;
   for (int memberships = options.min_memberships; memberships <= most; ++memberships) {
-    auto of_candidate = fold_errors(folds, options, memberships);
-    if (!of_candidate) return base::forward_error(of_candidate);
-    errors.push_back(std::move(*of_candidate));
+    auto candidate = judge(*folds, options, memberships);
+    if (!candidate) return base::forward_error(candidate);
+    candidates.push_back(*std::move(candidate));
   }
-  return choose(options.min_memberships, data.inputs, errors);
+  return candidates;
+}
+
+StructureSearch choose_structure(std::span<const JudgedCandidate> candidates, int most, std::optional<int> left_out) {
+  const int fewest = candidates.front().memberships;
+  std::vector<std::vector<double>> errors;
+  for (const JudgedCandidate& candidate : candidates) {
+    if (candidate.memberships <= std::max(most, fewest)) errors.push_back(fold_errors(candidate, left_out));
+  }
+  return choose(fewest, errors);
+}
+
+base::Result<StructureSearch> search_structure(const TrainingData& data, std::span<const int> fold,
+                                               const StructureSearchOptions& options) {
+  const auto all_rows = [](const TrainingData& rows) { return base::Result<TrainingData>(rows); };
+  const auto candidates = judge_structures(data, fold, options, all_rows);
+  if (!candidates) return base::forward_error(candidates);
+  StructureSearch search = choose_structure(*candidates, options.max_memberships);
+  for (StructureSearchPoint& point : search.curve) point.rules = power(point.memberships, data.inputs);
+  return search;
 }
 
 base::Result<StructureChoice> search_structure(const TrainingData& data, const StructureSearchOptions& options) {

@@ -1,10 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
+#include <functional>
+#include <map>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "anfis/data/training_data.h"
+#include "anfis/model/model.h"
 #include "anfis/model/rule_base.h"
 #include "anfis/train/learner.h"
 #include "base/result.h"
@@ -71,6 +76,41 @@ struct StructureChoice {
 /// Refuses (bad_input) options out of range and data that leave no candidate. Cost: one training per candidate.
 [[nodiscard]] base::Result<StructureChoice> search_structure(const TrainingData& data,
                                                              const StructureSearchOptions& options);
+
+/// How far a candidate that has not learned from a group lies from its rows.
+struct GroupError {
+  int group = 0;
+  int fold = 0;          ///< with which the group was left out
+  double weight = 0.0;   ///< of its rows
+  double squares = 0.0;  ///< weight times shape_rmse() squared
+};
+
+/// One number of memberships, judged on each group by models that learned from other folds.
+struct JudgedCandidate {
+  int memberships = 0;
+  std::vector<GroupError> errors;
+  std::map<int, Model> models;  ///< by fold: the one that has not learned from it
+
+  /// The model that has not learned from a group; null where none has left it out.
+  [[nodiscard]] const Model* without(int group) const;
+};
+
+/// What stands for the rows of a fold in a training.
+using Condense = std::function<base::Result<TrainingData>(const TrainingData&)>;
+
+/// The trainings of search_structure() with folds, each on what `condense` makes of the rows of its fold, and their
+/// errors on every group left out. Groups of fold kNoJudge are learned from in every fold and judge nothing. Refuses
+/// (bad_input) what search_structure() refuses, and what `condense` refuses.
+[[nodiscard]] base::Result<std::vector<JudgedCandidate>> judge_structures(const TrainingData& data,
+                                                                          std::span<const int> fold,
+                                                                          const StructureSearchOptions& options,
+                                                                          const Condense& condense);
+inline constexpr int kNoJudge = -1;
+
+/// The choice of search_structure() among the candidates with `most` memberships at most (but the fewest there are).
+/// `left_out`: a group whose errors do not count; the others must be of two folds.
+[[nodiscard]] StructureSearch choose_structure(std::span<const JudgedCandidate> candidates, int most,
+                                               std::optional<int> left_out = std::nullopt);
 
 /// Number of values of one input that count as different ones: walking up the sorted values, the next one at least half
 /// the widest gap above the last counted. The scatter of a plateau over runs counts once.

@@ -66,7 +66,7 @@ double whitened_residual_squares(const Model& model, const TrainingData& data, c
   std::vector<double> r = residuals(data, model);
   Eigen::Map<Eigen::VectorXd> whitened(r.data(), static_cast<Eigen::Index>(r.size()));
   whitening.apply(whitened);
-  return whitened.squaredNorm();
+  return whitened.squaredNorm() + data.squares_within;
 }
 
 base::Status validate_arguments(const Model& model, const TrainingData& data, double smoothness) {
@@ -89,7 +89,7 @@ base::Status validate_arguments(const Model& model, const TrainingData& data, do
 base::Result<PredictionVariance> PredictionVariance::of(const Model& model, const TrainingData& data,
                                                         double smoothness) {
   if (auto status = validate_arguments(model, data, smoothness); !status) return base::forward_error(status);
-  const GroupWhitening whitening(data.rows(), data.weight, data.group, data.group_variance);
+  const GroupWhitening whitening(data);
   const auto [j, price] = linearise(model, data, smoothness, whitening);
   PredictionVariance variance;
   variance.model_ = model;
@@ -103,9 +103,9 @@ base::Result<PredictionVariance> PredictionVariance::of(const Model& model, cons
     variance.factor_ = covariance_factor(j);
     variance.effective_parameters_ = static_cast<double>(variance.factor_.cols());
   }
-  variance.degrees_of_freedom_ = static_cast<double>(data.rows()) - variance.effective_parameters_;
+  variance.degrees_of_freedom_ = static_cast<double>(data.measured_rows()) - variance.effective_parameters_;
   if (variance.degrees_of_freedom_ < 1.0) {
-    return base::bad_input(std::to_string(data.rows()) + " rows for " +
+    return base::bad_input(std::to_string(data.measured_rows()) + " rows for " +
                                std::to_string(std::lround(variance.effective_parameters_)) +
                                " parameters leave nothing to judge the noise by: use fewer rules or more data",
                            "x");
@@ -116,7 +116,7 @@ base::Result<PredictionVariance> PredictionVariance::of(const Model& model, cons
 
 base::Result<double> effective_parameters(const Model& model, const TrainingData& data, double smoothness) {
   if (auto status = validate_arguments(model, data, smoothness); !status) return base::forward_error(status);
-  const GroupWhitening whitening(data.rows(), data.weight, data.group, data.group_variance);
+  const GroupWhitening whitening(data);
   const auto [j, price] = linearise(model, data, smoothness, whitening);
   const Eigen::MatrixXd of_rows = j.transpose() * j;
   const Eigen::MatrixXd all = of_rows + price.transpose() * price;

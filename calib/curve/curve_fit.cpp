@@ -117,7 +117,7 @@ FoldSums sums_of_errors(const Curve& curve, const CurveData& held_out) {
 using FamilySums = std::array<std::optional<FoldSums>, kFamilyCount>;
 
 std::vector<FamilySums> run_outer_folds(const CurveData& data, const OuterFolds& folds, const CurveFitOptions& options,
-                                        RuleChoice choice, CurveFit& fit) {
+                                        RuleChoice choice, const TrainedFamilies& whole, CurveFit& fit) {
   std::vector<FamilySums> all;
   for (std::size_t f = 0; f < folds.names.size(); ++f) {
     std::vector<bool> train(data.rows.size());
@@ -128,7 +128,8 @@ std::vector<FamilySums> run_outer_folds(const CurveData& data, const OuterFolds&
     }
     const CurveData held_out = select(data, test);
     if (held_out.rows.empty()) continue;
-    const auto trained = train_families(select(data, train), options, choice);
+    const LeftOut left_out{whole, static_cast<int>(f)};
+    const auto trained = train_families(select(data, train), options, choice, &left_out);
     if (!trained) continue;  // a fold that leaves too little to learn from says nothing about the model
     FoldErrors errors;
     errors.fold = folds.names[f];
@@ -307,7 +308,7 @@ base::Result<CurveFit> fit_curve(const CurveData& data, const CurveFitOptions& o
 
   const OuterFolds folds = choose_folds(data, judges);
   fit.holdout = folds.kind;
-  const std::vector<FamilySums> sums = run_outer_folds(data, folds, options, choice, fit);
+  const std::vector<FamilySums> sums = run_outer_folds(data, folds, options, choice, *trained, fit);
   fit.deployed = fit.rules > 0 ? Family::anfis : Family::spline;
   bool anfis_competed = true;
   if (folds.kind == "run") add_cross_validation(sums, fit);

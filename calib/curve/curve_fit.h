@@ -110,13 +110,15 @@ inline constexpr std::size_t kCurveTemperatures = 3;
 /// all rows fits them worse, by a quarter, than those of the folds fitted the runs they had not seen: then it is
 /// another one, and the baseline with the least held-out error is deployed.
 ///
-/// The number of rules is chosen from the training rows of each outer fold alone, so no reported error has seen the
-/// rows it is computed from. With fewer than three runs the outer folds are branches of the temperature history, or
-/// blocks of time, and are reported as checks only. With at most three, too few for such folds to decide, the family
-/// with the least expected error on all rows is deployed (detail/family_choice.h). With too few temperatures for an
-/// ANFIS of two rules it is left out, with a warning. Refuses rows that do not vary, non-finite values and fewer than
-/// three distinct temperatures. `type_b`: contributions to the uncertainty that the rows do not show.
-/// `hysteresis`: half the gap between heating and cooling, for temperatures that the rows visited one way only.
+/// No outer fold trains on the rows that it is judged by, nor does the error on them count where it chooses the number
+/// of rules. They bear on it in two ways: of more than three runs the inner folds that are asked for this number have
+/// been trained once, for all runs, and the search for the scatter begins at that of all rows. Measured, that does not
+/// show in the error (docs/decisions/0046-fewer-trainings.md). With fewer than three runs the outer folds are branches
+/// of the temperature history, or blocks of time, and are reported as checks only. With at most three, too few for such
+/// folds to decide, the family with the least expected error on all rows is deployed (detail/family_choice.h). With too
+/// few temperatures for an ANFIS of two rules it is left out, with a warning. Refuses rows that do not vary, non-finite
+/// values and fewer than three distinct temperatures. `type_b`: contributions to the uncertainty that the rows do not
+/// show. `hysteresis`: half the gap between heating and cooling, for temperatures that the rows visited one way only.
 [[nodiscard]] base::Result<CurveFit> fit_curve(const CurveData& data, const CurveFitOptions& options,
                                                const CurveSubject& subject, std::span<const TypeBInput> type_b = {},
                                                const KnownHysteresis& hysteresis = {});

@@ -7,14 +7,11 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <memory>
-#include <numeric>
 #include <set>
+#include <utility>
 
-#include "anfis/model/rule_base.h"
-#include "anfis/select/structure_search.h"
-#include "anfis/select/uncertainty.h"
 #include "base/statistics.h"
+#include "calib/curve/detail/anfis_training.h"
 
 namespace soak::calib {
 namespace {
@@ -82,119 +79,8 @@ OffsetScatter offset_scatter(const std::map<int, RowsOffset>& offsets) {
   return scatter;
 }
 
-// The ANFIS.
-
 constexpr int kBlockFolds = 5;
 constexpr std::size_t kRowsPerBlock = 10;
-constexpr int kMostInnerFolds = 5;
-constexpr int kMostRules = 10;
-/// Shapes of membership that compete.
-constexpr std::array kShapes = {anfis::Shape::bell, anfis::Shape::gaussian};
-/// Price of curvature, for the temperatures that no run visits (docs/decisions/0017-variable-projection.md).
-constexpr double kSmoothness = 1e-7;
-
-/// How the model learns.
-anfis::VariableProjectionOptions learner() {
-  anfis::VariableProjectionOptions options;
-  options.smoothness = kSmoothness;
-  return options;
-}
-
-/// How the candidates of a search learn: their errors settle long before their premises do.
-anfis::VariableProjectionOptions quick_learner() {
-  anfis::VariableProjectionOptions options = learner();
-  options.evaluations = 12;
-  options.min_rmse_change = 1e-3;
-  return options;
-}
-/// Resolved temperatures that must be left over once every consequent has its own: premises move too.
-constexpr int kSpareTemperatures = 2;
-
-/// Inner folds over runs: at most five, each run whole in one of them, and in each a run that has been at several
-/// temperatures.
-std::vector<int> run_folds(const CurveData& data) {
-  const std::set<int> judges = judging_runs(data);
-  const int folds = std::min(kMostInnerFolds, static_cast<int>(judges.size()));
-  std::map<int, int> fold_of_run;
-  int next = 0;
-  for (const int run : judges) fold_of_run[run] = next++ % folds;
-  std::vector<int> fold;
-  for (const CurveRow& row : data.rows) {
-    const auto [found, is_new] = fold_of_run.try_emplace(row.run, next % folds);
-    if (is_new) ++next;
-    fold.push_back(found->second);
-  }
-  return fold;
-}
-
-/// Rules and error of one shape: those with the least expected error on all rows, or the fewest within one standard
-/// error of the least over inner folds.
-base::Result<anfis::StructureChoice> choose_rules(const CurveData& data, const anfis::TrainingData& rows,
-                                                  const anfis::StructureSearchOptions& search, RuleChoice choice) {
-  if (choice == RuleChoice::expected_error) return anfis::search_structure(rows, search);
-  const auto found = anfis::search_structure(rows, run_folds(data), search);
-  if (!found) return base::forward_error(found);
-  const auto chosen = static_cast<std::size_t>(found->chosen - search.min_memberships);
-  return anfis::StructureChoice{found->chosen, found->curve[chosen].mean_error};
-}
-
-/// What the choice of the number of rules and of the shape by the same rows counts as, in parameters: the one that wins
-/// has followed their noise a little. Found with made-up smooth curves of two runs, which the ANFIS else won in 15 %.
-constexpr double kChosenStructure = 1.0;
-
-/// The rules of each shape are chosen by themselves; of the shapes the one whose choice has the lesser error.
-base::Result<anfis::RuleBaseOptions> choose_structure(const CurveData& data, const anfis::TrainingData& rows,
-                                                      const CurveFitOptions& options, RuleChoice choice) {
-  anfis::RuleBaseOptions structure;
-  const int resolved = anfis::resolved_values(rows);
-  if (options.rules) {
-    if (2 * *options.rules >= resolved) {
-      return base::bad_input(fmt::format("{} rules have {} consequents; {} temperatures allow at most {} rules",
-                                         *options.rules, 2 * *options.rules, resolved, (resolved - 1) / 2));
-    }
-    structure.memberships = {*options.rules};
-    return structure;
-  }
-  anfis::StructureSearchOptions search;
-  search.learner = quick_learner();
-  search.max_memberships = std::min(kMostRules, (resolved - kSpareTemperatures) / 2);
-  if (search.max_memberships < search.min_memberships) return base::bad_input("too few temperatures for two rules");
-  double least = std::numeric_limits<double>::infinity();
-  for (const anfis::Shape shape : kShapes) {
-    search.rule_base.shape = shape;
-    const auto found = choose_rules(data, rows, search, choice);
-    if (!found) return base::forward_error(found);
-    if (found->expected_error >= least) continue;
-    least = found->expected_error;
-    structure.shape = shape;
-    structure.memberships = {found->memberships};
-  }
-  return structure;
-}
-
-base::Status train_anfis(const CurveData& data, const anfis::TrainingData& rows, const CurveFitOptions& options,
-                         RuleChoice choice, TrainedFamilies& trained) {
-  const auto structure = choose_structure(data, rows, options, choice);
-  if (!structure) return base::forward_error(structure);
-  const auto initial = anfis::grid_rules(rows, *structure);
-  if (!initial) return base::forward_error(initial);
-  const auto result = anfis::train_variable_projection(*initial, rows, learner());
-  if (!result) return base::forward_error(result);
-  auto linearised = anfis::PredictionVariance::of(result->model, rows, kSmoothness);
-  if (!linearised) return base::forward_error(linearised);
-  const auto variance = std::make_shared<const anfis::PredictionVariance>(*std::move(linearised));
-  FittedCurve fitted;
-  fitted.curve = result->model;
-  fitted.variance = [variance](double temp_c) { return variance->at(temp_c); };
-  fitted.parameters = variance->effective_parameters() + (options.rules ? 0.0 : kChosenStructure);
-  const double total_weight = std::accumulate(rows.weight.begin(), rows.weight.end(), 0.0);
-  fitted.whitened_rss = result->summary.train_rmse * result->summary.train_rmse * total_weight;
-  trained.rules = static_cast<int>(result->model.rules.size());
-  trained.membership = anfis::name(structure->shape);
-  trained.training = result->summary.one_line();
-  trained.fitted[static_cast<std::size_t>(Family::anfis)] = std::move(fitted);
-  return {};
-}
 
 }  // namespace
 
@@ -260,8 +146,9 @@ anfis::TrainingData training_data(const CurveData& data, const VarianceComponent
   return rows;
 }
 
-base::Result<VarianceComponents> estimate_variance_components(const CurveData& data) {
+base::Result<VarianceComponents> estimate_variance_components(const CurveData& data, double lack_of_fit_sigma) {
   VarianceComponents components;
+  components.lack_of_fit_sigma = lack_of_fit_sigma;
   const std::size_t offsets = count_offsets(data);
   Curve curve;
   for (int i = 0; i < kComponentIterations; ++i) {
@@ -272,7 +159,10 @@ base::Result<VarianceComponents> estimate_variance_components(const CurveData& d
     curve = fit->curve;
     components.degrees_of_freedom =
         static_cast<double>(data.rows.size()) - fit->parameters - (static_cast<double>(offsets) - 1.0);
-    if (components.degrees_of_freedom < 1.0) break;
+    if (components.degrees_of_freedom < 1.0) {
+      if (i == 0) components.lack_of_fit_sigma = 0.0;  // nothing here bears out where it was begun
+      break;
+    }
     double mean_variance = 0.0;
     for (const double w : rows.weight) mean_variance += 1.0 / w / static_cast<double>(rows.weight.size());
     const double extra = components.lack_of_fit_sigma * components.lack_of_fit_sigma;
@@ -291,8 +181,10 @@ base::Result<VarianceComponents> estimate_variance_components(const CurveData& d
   return components;
 }
 
-base::Result<TrainedFamilies> train_families(const CurveData& data, const CurveFitOptions& options, RuleChoice choice) {
-  const auto components = estimate_variance_components(data);
+base::Result<TrainedFamilies> train_families(const CurveData& data, const CurveFitOptions& options, RuleChoice choice,
+                                             const LeftOut* left_out) {
+  const auto components =
+      estimate_variance_components(data, left_out == nullptr ? 0.0 : left_out->whole.components.lack_of_fit_sigma);
   if (!components) return base::forward_error(components);
   TrainedFamilies trained;
   trained.components = *components;
@@ -306,8 +198,10 @@ base::Result<TrainedFamilies> train_families(const CurveData& data, const CurveF
   keep(Family::poly5, fit_polynomial(rows, 5));
   auto spline = fit_smoothing_spline(rows);
   if (!spline) return base::forward_error(spline);
+  const Curve shape = spline->curve;
   keep(Family::spline, std::move(spline));
-  const base::Status learned = train_anfis(data, rows, options, choice, trained);
+  if (left_out != nullptr && !left_out->whole[Family::anfis]) return trained;
+  const base::Status learned = train_anfis({rows, shape, judging_runs(data)}, options, choice, left_out, trained);
   // Too few temperatures leave the ANFIS out; a rule count that the user asked for is the user's to mend.
   if (!learned && options.rules) return base::forward_error(learned);
   return trained;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "anfis/data/training_data.h"
+#include "anfis/select/structure_search.h"
 #include "base/result.h"
 #include "calib/curve/baselines.h"
 #include "calib/curve/curve_fit.h"
@@ -43,12 +44,16 @@ struct VarianceComponents {
 
 /// Method of moments about a smoothing spline with free run offsets: the variance added to each row's own is the one
 /// that makes the weighted residuals as large as they should be; the offsets' variance is that of the estimated offsets
-/// less what noise contributes.
-[[nodiscard]] base::Result<VarianceComponents> estimate_variance_components(const CurveData& data);
+/// less what noise contributes. `lack_of_fit_sigma`: where the search begins.
+[[nodiscard]] base::Result<VarianceComponents> estimate_variance_components(const CurveData& data,
+                                                                            double lack_of_fit_sigma = 0.0);
 
 /// The rows of `data` whose flag is set (all, where `keep` is empty) as training data under the given components.
 [[nodiscard]] anfis::TrainingData training_data(const CurveData& data, const VarianceComponents& components,
                                                 const std::vector<bool>& keep = {});
+
+/// Numbers of rules of the ANFIS, by kind of membership, each judged on runs that it has not learned from.
+using AnfisCandidates = std::vector<std::vector<anfis::JudgedCandidate>>;
 
 /// All families fitted to the same rows; absent where the rows have too few temperatures for one.
 struct TrainedFamilies {
@@ -56,7 +61,8 @@ struct TrainedFamilies {
   std::array<std::optional<FittedCurve>, kFamilyCount> fitted;
   int rules = 0;
   std::string membership;
-  std::string training;  ///< one line about the ANFIS' training
+  std::string training;        ///< one line about the ANFIS' training
+  AnfisCandidates candidates;  ///< of a whole fit by RuleChoice::folds_over_runs without a number of rules given
 
   [[nodiscard]] const std::optional<FittedCurve>& operator[](Family family) const {
     return fitted[static_cast<std::size_t>(family)];
@@ -66,8 +72,8 @@ struct TrainedFamilies {
 /// How the number of ANFIS rules is chosen.
 enum class RuleChoice { expected_error, folds_over_runs };
 
-/// By folds over runs where there are more than kRunsWithoutFolds, else by the expected error on all rows
-/// (anfis::search_structure).
+/// By inner folds over runs (anfis::judge_structures) where there are more than kRunsWithoutFolds, else
+/// by the expected error on all rows (anfis::search_structure).
 inline constexpr std::size_t kRunsWithoutFolds = 3;
 /// Part of a `baseline_deployed` warning of so few runs; the report tells them by it from those judged on held-out
 /// runs.
@@ -77,10 +83,18 @@ inline constexpr std::string_view kFewRunsAreNoJudge = "so few runs are no judge
   return runs > kRunsWithoutFolds ? RuleChoice::folds_over_runs : RuleChoice::expected_error;
 }
 
+/// The fit of all rows, and the outer fold that has been left out of them: the run where folds are runs.
+struct LeftOut {
+  const TrainedFamilies& whole;
+  int fold = 0;
+};
+
 /// Fits every family to the rows. `choice`: that of the whole fit, also where an outer fold has left a run out of the
-/// rows; folds over runs need two runs that have been at several temperatures.
+/// rows; folds over runs need two that have been at several temperatures. With `left_out` the curves alone are wanted:
+/// the ANFIS has no variance then. By folds over runs it has the structure that the inner folds of the whole fit choose
+/// by their errors on the other runs, and its training begins where the inner fold without that run has ended.
 [[nodiscard]] base::Result<TrainedFamilies> train_families(const CurveData& data, const CurveFitOptions& options,
-                                                           RuleChoice choice);
+                                                           RuleChoice choice, const LeftOut* left_out = nullptr);
 
 /// Fold of each row by stretches of time, five folds taken in turn.
 [[nodiscard]] std::vector<int> block_folds(const CurveData& data);

@@ -7,7 +7,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "anfis/linear/condensed_rows.h"
 #include "base/random.h"
+#include "curves.h"
 #include "support.h"
 
 namespace soak::anfis {
@@ -157,6 +159,67 @@ TEST(StructureSearch, OfTwoInputsTriesGridsOfEqualSides) {
   }
   EXPECT_GE(search->chosen, 2);
   EXPECT_LT(search->curve[static_cast<std::size_t>(search->chosen - 2)].mean_error, 0.02);
+}
+
+TEST(StructureSearch, JudgesOnCondensedRowsAsOnAll) {
+  TrainingData data = test::drift_problem(2, 6).data;
+  for (double& x : data.x) x = 5.0 * std::round(x / 5.0);
+  const auto condensed = [](const TrainingData& rows) { return condense(rows, 0.0, [](double) { return 0.0; }); };
+  StructureSearchOptions options;
+  options.rule_base.shape = Shape::gaussian;
+  options.learner = test::quick_curve_learner();
+  const std::vector<int> fold = test::folds_by_group(data, 3);
+  const auto judged = judge_structures(data, fold, options, condensed);
+  ASSERT_TRUE(judged) << judged.error().message;
+  const StructureSearch of_few = choose_structure(*judged, options.max_memberships);
+  const StructureSearch of_all = search_structure(data, fold, options).value();
+  ASSERT_EQ(of_few.curve.size(), of_all.curve.size());
+  for (std::size_t i = 0; i < of_all.curve.size(); ++i) {
+    EXPECT_NEAR(of_few.curve[i].mean_error, of_all.curve[i].mean_error, 0.01 * of_all.curve[i].mean_error) << i + 2;
+  }
+}
+
+TEST(StructureSearch, AGroupThatIsNoJudgeIsLearnedFromInEveryFold) {
+  const TrainingData data = test::drift_problem(2, 5).data;
+  const auto judged_with = [](const TrainingData& rows, const std::vector<int>& fold) {
+    return judge_structures(rows, fold, {.learner = test::quick_curve_learner()},
+                            [](const TrainingData& all) { return base::Result<TrainingData>(all); })
+        .value();
+  };
+  std::vector<int> fold = test::folds_by_group(data, 5);
+  std::vector<bool> others;
+  for (int& f : fold) {
+    others.push_back(f != 4);
+    if (f == 4) f = kNoJudge;
+  }
+  const auto with = judged_with(data, fold);
+  const TrainingData four = select_rows(data, others);
+  const auto without = judged_with(four, test::folds_by_group(four, 4));
+  ASSERT_EQ(with.size(), without.size());
+  for (std::size_t i = 0; i < with.size(); ++i) {
+    ASSERT_EQ(with[i].errors.size(), 4U);
+    for (std::size_t group = 0; group < 4; ++group) {
+      EXPECT_EQ(with[i].errors[group].group, without[i].errors[group].group);
+      EXPECT_NE(with[i].errors[group].squares, without[i].errors[group].squares);
+    }
+  }
+}
+
+TEST(StructureSearch, AGroupThatIsLeftOutHasNoSayInTheChoice) {
+  // The second candidate is far better on the last group, and as good or as bad on the others.
+  const auto candidate = [](int memberships, std::vector<double> squares) {
+    JudgedCandidate judged{memberships, {}, {}};
+    for (int group = 0; group < 4; ++group) {
+      judged.errors.push_back({group, group % 3, 1.0, squares[static_cast<std::size_t>(group)]});
+    }
+    return judged;
+  };
+  const std::vector<JudgedCandidate> few = {candidate(2, {1.0, 1.1, 0.9, 900.0}), candidate(3, {4.0, 4.1, 3.9, 1.0})};
+  EXPECT_EQ(choose_structure(few, 10, 3).chosen, 2);
+  const std::vector<JudgedCandidate> many = {candidate(2, {81.0, 82.0, 80.0, 1.0}),
+                                             candidate(3, {4.0, 4.1, 3.9, 900.0})};
+  EXPECT_EQ(choose_structure(many, 10, 3).chosen, 3);
+  EXPECT_EQ(choose_structure(many, 2, 3).chosen, 2);  // more than are carried
 }
 
 TEST(StructureSearch, RefusesFoldsThatCannotJudge) {

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 #include <vector>
 
 namespace soak::base {
@@ -17,6 +18,15 @@ TEST(StudentT, MatchesPublishedQuantiles) {
   EXPECT_NEAR(student_t_two_sided(0.95, 100), 1.984, 5e-4);
   EXPECT_NEAR(student_t_two_sided(0.99, 10), 3.169, 5e-4);
   EXPECT_NEAR(student_t_two_sided(0.95, 1e7), 1.959964, 1e-5);
+}
+
+TEST(StudentT, IsThatOfTheClosedFormsOfOneAndTwoDegreesOfFreedom) {
+  for (const double p : {0.05, 0.5, 0.683, 0.95, 0.999, 0.999999}) {
+    const double one = std::tan(0.5 * std::numbers::pi * p);
+    const double two = p * std::sqrt(2.0 / ((1.0 - p) * (1.0 + p)));
+    EXPECT_NEAR(student_t_two_sided(p, 1), one, 1e-9 * one) << p;
+    EXPECT_NEAR(student_t_two_sided(p, 2), two, 1e-9 * two) << p;
+  }
 }
 
 TEST(ChiSquared, MatchesPublishedCriticalValues) {

@@ -39,7 +39,7 @@ Eigen::VectorXd linear_residuals(const TrainingData& data, const ScaledRows& row
     a.conservativeResize(Eigen::NoChange, a.cols() + 1);
     a.rightCols(1).setOnes();
   }
-  const GroupWhitening whitening(data.rows(), data.weight, data.group, data.group_variance);
+  const GroupWhitening whitening(data);
   Eigen::MatrixXd whitened = a;
   Eigen::VectorXd y = rows.y;
   whitening.apply(whitened);
