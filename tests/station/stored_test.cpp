@@ -78,6 +78,7 @@ TEST_F(Stored, ASlotHasTheUnitThatItHeldInTheNewestCampaign) {
         json{{"procedure_file", "p"}, {"procedure_text", ""}, {"units", {{"1", unit}}}, {"user", "eva"}}.dump();
     row.created_utc_s = row.updated_utc_s = begun_utc_s;
     ASSERT_TRUE(catalog_.begin_campaign(row));
+    ASSERT_TRUE(catalog_.set_campaign_state(name, "finished", "all steps are done"));
   }
   const json slots = document()["slots"];
   EXPECT_EQ(slots[0]["last_unit"], "SN2");

@@ -516,6 +516,7 @@ class Turning(StationTest):
 
 class Devices(StationTest):
     def test_a_unit_that_is_off_does_not_settle(self):
+        self.station.set("/campaign/step_kind", "power_on")
         self.open()
         self.see("#units > :nth-child(2)", "off")
         self.assertNotIn("settling", self.text("#units > :nth-child(2)"))
