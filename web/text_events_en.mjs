@@ -22,11 +22,14 @@ export const text = {
   run: (label, campaign) => `${label} of ${campaign}`,
   /** How often the same happened one after the other. */
   times: (count) => ` (${count} times)`,
-  /** Kinds that the station names for programs; others are written as they are, with spaces. */
+  /** Kinds of events; others are written as the station names them, with spaces. */
   kinds: {
-    alarm_sent: "alarm message", backup_made: "backup", calibration_exported: "export", campaign_begun: "campaign begun", device: "device", epoch_begun: "repair or change", gap_accepted: "effect accepted",
+    alarm_sent: "alarm message", backup_made: "backup", calibration_exported: "export", campaign: "campaign", campaign_aborted: "campaign aborted",
+    campaign_begun: "campaign begun", campaign_failed: "campaign failed", campaign_finished: "campaign finished", campaign_interrupted: "campaign interrupted",
+    campaign_paused: "campaign paused", campaign_running: "campaign running", device: "device", epoch_begun: "repair or change", gap_accepted: "effect accepted",
     job_ended: "job ended", job_started: "job started", key_made: "key made", model_added: "model made", model_released: "model released", model_verified: "model verified",
-    nothing_to_void: "void without data", prompt: "question to the operator", reference_added: "certificate entered", run_added: "run stored", voided: "voided",
+    nothing_to_void: "void without data", prompt: "question to the operator", reference: "reference", reference_added: "certificate entered", run: "run",
+    run_added: "run stored", segment: "segment", station_set_up: "station set up", step: "step", unit: "unit", verification: "verification", voided: "voided",
   },
   chain: {
     title: "Is the log as it was written?",
