@@ -168,7 +168,7 @@ export const text = {
     step: "Schritt",
     left: "Restzeit",
     leftProcess: "Simulierte Restzeit",
-    leftHost: (rate) => `Wirkliche Restzeit (${rate}-mal so schnell)`,
+    leftHost: (rate) => `Wirkliche Restzeit (${rate}-fache Geschwindigkeit)`,
     procedure: "Prüfablauf",
     of: (number, all) => `${number} von ${all}`,
     preflight: "Vorprüfung",
