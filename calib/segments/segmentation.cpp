@@ -19,7 +19,6 @@ namespace soak::calib {
 namespace {
 
 using cutting::Piece;
-using cutting::Place;
 using cutting::Rows;
 
 // Plateaus of a temperature history.
@@ -435,7 +434,7 @@ struct Segmenter::Impl {
   const Recording& r;
   std::span<const Standstill> standstills;  ///< used in cut_into_segments() only
   Segmentation result;
-  std::vector<Place> places;  ///< of each segment
+  std::vector<cutting::Place> places;  ///< of each segment
   cutting::SegmentMaker maker;
 };
 
@@ -449,7 +448,7 @@ void Segmenter::Impl::cut_into_segments() {
   std::size_t without_temperature = 0;
   const auto pieces = at_rest ? standstill_pieces(r, standstills) : cut_pieces(r, plateau_c, with_plateaus);
   for (const Piece& piece : pieces) {
-    Place place;
+    cutting::Place place;
     auto segment = maker.make(r, piece, with_plateaus, at_rest, place);
     if (!segment) {
       ++without_temperature;

@@ -188,9 +188,9 @@ std::string reason_of_end(const Seen& seen) {
   std::string reason = seen.text("/reason");
   if (!no_unit_is_left(seen)) return reason;
   for (const json& unit : seen.at("/units")) {
-    if (!unit.at("dropped").is_string()) continue;
+    const json& why = unit.at("dropped");
     reason += fmt::format("{}{}: {}", reason.empty() ? "" : "; ", unit.at("serial").get<std::string>(),
-                          unit.at("dropped").get<std::string>());
+                          why.is_string() ? why.get<std::string>() : "has failed");
   }
   return reason;
 }
@@ -335,8 +335,10 @@ bool may_last_unseen(const json& status, std::string_view code, std::string_view
   if (code.starts_with(kWaitsFor)) return seen.state == "paused";
   if (code != "unit_dropped" && code != "unit_failed") return false;
   if (!seen.active || (seen.state == "stopping" && no_unit_is_left(seen))) return true;
-  return std::ranges::any_of(seen.at("/units"), [&](const json& unit) {
-    return unit.at("serial").get_ref<const std::string&>() == about && unit.at("dropped").is_string();
+  // Each run tries a unit anew; it is well once it sends again. Of a unit that takes no part nobody knows that.
+  return std::ranges::none_of(seen.at("/units"), [&](const json& unit) {
+    return unit.at("serial").get_ref<const std::string&>() == about && unit.at("state") == "streaming" &&
+           !unit.at("dropped").is_string();
   });
 }
 

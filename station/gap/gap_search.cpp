@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <utility>
 #include <vector>
@@ -112,13 +113,16 @@ std::optional<calib::gap::InstabilityAtRest> instability_of(const nlohmann::json
 }  // namespace
 
 std::vector<std::optional<double>> begun_utc_s(const std::vector<db::RunInfo>& runs) {
-  const auto of_station = [](const db::RunInfo& run) { return run.source == kRunSource; };
-  const auto first = std::ranges::find_if(runs, of_station);
-  std::vector<std::optional<double>> begun(runs.size());
+  std::map<double, std::vector<std::size_t>> by_rate;  // those that the station recorded
   for (std::size_t i = 0; i < runs.size(); ++i) {
-    if (!of_station(runs[i]) || runs[i].clock_rate != first->clock_rate) continue;
-    begun[i] = first->created_utc_s + (runs[i].created_utc_s - first->created_utc_s) * first->clock_rate;
+    if (runs[i].source == kRunSource) by_rate[runs[i].clock_rate].push_back(i);
   }
+  std::vector<std::optional<double>> begun(runs.size());
+  if (by_rate.empty()) return begun;
+  const auto& [rate, most] =
+      *std::ranges::max_element(by_rate, {}, [](const auto& entry) { return entry.second.size(); });
+  const double first_s = runs[most.front()].created_utc_s;
+  for (const std::size_t i : most) begun[i] = first_s + (runs[i].created_utc_s - first_s) * rate;
   return begun;
 }
 

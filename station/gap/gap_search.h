@@ -15,7 +15,7 @@ namespace soak::station {
 
 /// Unix time at which each run began, on the clock of the laboratory: that of a simulated one goes `clock_rate` times
 /// as fast from the first run on. Nothing for runs that soakd did not record, whose files were made later, and for
-/// those of another clock rate than the first.
+/// those of another clock rate than most.
 [[nodiscard]] std::vector<std::optional<double>> begun_utc_s(const std::vector<db::RunInfo>& runs);
 
 /// The runs of `input`, each with what its file logged between the segments; `with_samples`: samples are looked at for

@@ -111,10 +111,14 @@ Result<json> verdict_of(const db::Catalog& catalog, const std::map<std::string, 
   return holds ? (*part)["job"]["result"].value("verdict", json()) : json();
 }
 
-/// As release_part(), of a model that is released or might be; null for others.
-Result<json> release_of_listed(const db::Catalog& catalog, const json& unit) {
+/// As release_part(), of a model that is released or might be; null for others. A model that this program cannot read
+/// does not keep the others from being listed.
+json release_of_listed(const db::Catalog& catalog, const json& unit) {
   const std::string state = unit.value("/model/state"_json_pointer, "");
-  return state == "verified" || state == "released" ? release_part(catalog, unit) : json();
+  if (state != "verified" && state != "released") return json();
+  auto release = release_part(catalog, unit);
+  if (!release) return json{{"obstacles", {release.error().message}}, {"expires", nullptr}};
+  return *std::move(release);
 }
 
 /// Whether a search for what the newest model lacks is kept, or the model carries what one has found: that is known.
@@ -134,9 +138,7 @@ Result<json> answer_units(RunArchive& runs, const JobRunner& jobs, const Paramet
       auto verdict = verdict_of(catalog, newest, unit);
       if (!verdict) return verdict;
       unit["verdict"] = *std::move(verdict);
-      auto release = release_of_listed(catalog, unit);
-      if (!release) return release;
-      unit["release"] = *std::move(release);
+      unit["release"] = release_of_listed(catalog, unit);
       unit["gap_searched"] = gap_is_searched(jobs, unit);
     }
     return list;

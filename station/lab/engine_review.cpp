@@ -74,7 +74,10 @@ json plan_part(const CheckedStart& checked) {
           {"purpose", name_of(procedure.purpose)},
           {"runs", std::ranges::count(checked.plan.runs, false, &PlannedRun::preflight)},
           {"visits", visits_of_runs(checked.plan)},
-          {"turns", std::ranges::count(checked.plan.steps, StepKind::move, &Step::kind)},
+          {"turns", std::ranges::count_if(checked.plan.steps,
+                                          [](const Step& step) {
+                                            return step.kind == StepKind::move || step.kind == StepKind::turn_fixture;
+                                          })},
           {"set_points_c", procedure.set_points_c},
           {"positions", procedure.positions},
           {"estimate_s", checked.plan.remaining_s(0)}};

@@ -17,16 +17,11 @@ namespace {
 using nlohmann::json;
 
 /// Which unit each slot held in the newest campaign that this station carried out.
-base::Result<std::map<std::string, std::string>> newest_units(const db::Catalog& catalog,
-                                                              const std::vector<std::string>& campaigns) {
-  std::optional<db::CampaignRow> newest;
-  for (const std::string& name : campaigns) {
-    auto row = catalog.campaign(name);
-    if (!row) return base::forward_error(row);
-    if (*row && (!newest || (*row)->created_utc_s > newest->created_utc_s)) newest = *std::move(*row);
-  }
-  if (!newest) return std::map<std::string, std::string>();
-  const auto request = request_of(*newest);
+base::Result<std::map<std::string, std::string>> newest_units(const db::Catalog& catalog) {
+  const auto newest = catalog.last_campaign();
+  if (!newest) return base::forward_error(newest);
+  if (!*newest) return std::map<std::string, std::string>();
+  const auto request = request_of(**newest);
   return request ? request->units : std::map<std::string, std::string>();  // an offer only
 }
 
@@ -122,7 +117,7 @@ base::Result<json> stored_document(const StationConfig& config, const db::Catalo
   if (!campaigns) return campaigns;
   const auto names = catalog.campaigns();
   if (!names) return base::forward_error(names);
-  const auto newest = newest_units(catalog, *names);
+  const auto newest = newest_units(catalog);
   if (!newest) return base::forward_error(newest);
   return json{{"slots", slots_part(config, *newest)},
               {"units", units_part(*units, *runs)},

@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cerrno>
 #include <cstddef>
 #include <cstdio>
@@ -105,10 +106,17 @@ bool is_same_port(const std::optional<std::string>& a, const std::optional<std::
   return *a == *b || std::filesystem::equivalent(*a, *b, failure);
 }
 
+/// A host as it is known to everybody: names in small letters, this computer by its address.
+std::string host_of(const EnteredAddress& address) {
+  std::string host = address.host;
+  std::ranges::transform(host, host.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return host == "localhost" ? "127.0.0.1" : host;
+}
+
 /// Whether both are at one place: one serial port, or one port of one host.
 bool is_same_place(const EnteredAddress& a, const EnteredAddress& b) {
   if (a.device || b.device) return is_same_port(a.device, b.device);
-  return !a.host.empty() && a.host == b.host && a.port.value_or(kModbusPort) == b.port.value_or(kModbusPort);
+  return !a.host.empty() && host_of(a) == host_of(b) && a.port.value_or(kModbusPort) == b.port.value_or(kModbusPort);
 }
 
 /// Never takes the place of another file; the error number. Folders on memory cards know no hard links, those of some

@@ -318,6 +318,38 @@ TEST_F(AlarmsOverTime, ADroppedUnitIsNotWellBecauseTheCampaignHasEnded) {
   EXPECT_EQ(minute(), (Codes{"ended campaign_failed", "ended unit_dropped", "ended unit_failed"}));
 }
 
+TEST_F(AlarmsOverTime, ADroppedUnitThatTheNextRunTriesIsNotWellBeforeItSends) {
+  status["units"][0]["state"] = "failed";
+  status["units"][0]["dropped"] = "no packets for 15 s";
+  EXPECT_EQ(minute(), Codes{"began unit_dropped"});
+  status["step"]["kind"] = "power_on";
+  status["units"][0]["dropped"] = nullptr;
+  for (const char* state : {"closed", "silent"}) {
+    status["units"][0]["state"] = state;
+    EXPECT_EQ(minute(), Codes()) << state;
+  }
+  status["units"][0]["state"] = "streaming";
+  EXPECT_EQ(minute(), Codes{"ended unit_dropped"});
+}
+
+TEST_F(AlarmsOverTime, AUnitThatIsNotInTheNextCampaignIsNotToldToBeWell) {
+  status["units"][0]["dropped"] = "no packets for 15 s";
+  EXPECT_EQ(minute(), Codes{"began unit_dropped"});
+  status["units"][0]["serial"] = "SN0099";
+  status["units"][0]["dropped"] = nullptr;
+  EXPECT_EQ(minute(), Codes());
+}
+
+TEST_F(AlarmRules, TheEndForWantOfUnitsNamesThoseThatHaveJustFailed) {
+  status["state"] = "stopping";
+  status["units"][0]["state"] = "failed";
+  const json told = alarms_of(status);
+  EXPECT_TRUE(std::ranges::any_of(told, [](const json& alarm) {
+    return alarm.at("detail").is_string() &&
+           alarm.at("detail").get<std::string>().find("SN0042: has failed") != std::string::npos;
+  })) << told;
+}
+
 TEST_F(AlarmRules, AWrongFaceIsToldWithTheWayToTurn) {
   status["units"][0]["attitude"] = {{"up", "-Z"}, {"expected", "+Z"}, {"right", false}};
   const json told = alarms_of(status).at(0);
