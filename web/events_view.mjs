@@ -160,7 +160,7 @@ function eventRow({ utc_s, kind, subject, user, text }, times, run) {
   if (run !== null) about.append(Object.assign(element("a", E.run(run.run, run.campaign)), { href: `#${new URLSearchParams({ run: run.run_id, unit: run.unit })}`, title: subject }));
   const what = own(text);
   if (times > 1) what.append(E.times(times));
-  row.append(time, Object.hasOwn(E.kinds, kind) ? element("td", E.kinds[kind]) : own(kindText(kind)), about, element("td", user ?? E.station), what);
+  row.append(time, Object.hasOwn(E.kinds, kind) ? element("td", E.kinds[kind]) : own(kindText(kind)), about, element("td", user ?? E.nobody), what);
   // On a narrow screen the style sheet makes blocks of them, which are no row and cells by themselves.
   row.role = "row";
   for (const cell of row.cells) cell.role = "cell";

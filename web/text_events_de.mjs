@@ -18,7 +18,7 @@ export const text = {
   time: "Zeit",
   what: "Was",
   older: "Ältere",
-  station: "die Station",
+  nobody: "niemand genannt",
   run: (label, campaign) => `${label} der Kampagne ${campaign}`,
   times: (count) => ` (${count}-mal)`,
   kinds: {

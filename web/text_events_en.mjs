@@ -17,7 +17,7 @@ export const text = {
   time: "Time",
   what: "What",
   older: "Older",
-  station: "the station",
+  nobody: "nobody named",
   /** A run by its label, instead of its number. */
   run: (label, campaign) => `${label} of ${campaign}`,
   /** How often the same happened one after the other. */
