@@ -35,7 +35,7 @@ class SetupPage {
   #isSetUp = false;
   /** How often what stands in a section has changed: an answer is about what stood there when it was asked. */
   #changes = { chamber: 0, fixture: 0 };
-  /** What became of the last try of what stands there: "good", "bad", or null where there was none. */
+  /** @type {import("./setup_kept.mjs").Tries} */
   #tries = { chamber: null, fixture: null };
 
   /** @param {import("./kept_documents.mjs").SetupChoices} choices */
@@ -61,10 +61,11 @@ class SetupPage {
       this.#next();
     });
     addEventListener("pagehide", () => {
-      if (!this.#isSetUp) keep({ step: this.#step, ...this.#form.values() });
+      if (!this.#isSetUp) keep({ step: this.#step, tries: this.#tries, ...this.#form.values() });
     });
     const kept = takeKept();
     if (kept) this.#form.fill(kept);
+    Object.assign(this.#tries, kept?.tries); // after the fields, whose changes make them void
     this.#show(STEPS[0]);
     if (kept && STEPS.indexOf(kept.step) > 0) this.#go(kept.step);
   }
@@ -145,11 +146,16 @@ class SetupPage {
     say($("text"), check?.text ?? "");
     const good = check !== null && faults.length === 0;
     show($("good"), good);
+    this.#listNotSound();
+    show($("no-gravity"), !this.#form.knowsGravity);
+    $("write").disabled = !good;
+  }
+
+  /** The controllers that are relied on without a good try. */
+  #listNotSound() {
     const notSound = this.#form.controllers.filter((section) => this.#tries[section] !== "good");
     $("not-sound").replaceChildren(...notSound.map((section) => element("li", S.try[this.#tries[section] === null ? "never" : "failed"](S.steps[section]))));
     show($("not-sound"), notSound.length > 0);
-    show($("no-gravity"), !this.#form.knowsGravity);
-    $("write").disabled = !good;
   }
 
   /** A mistake and where it is, with a button that leads there. */
@@ -189,6 +195,7 @@ class SetupPage {
       }
     }
     $(`${section}-try`).disabled = false;
+    if (this.#step === "file") this.#listNotSound(); // somebody has gone on meanwhile
   }
 
   #notTried(section, error) {

@@ -3,11 +3,14 @@
 
 const KEY = "soak-setup";
 
+/** @typedef {Record<"chamber" | "fixture", "good" | "bad" | null>} Tries what became of the last try of a controller as it is entered; null: there was none */
+
 /**
  * @typedef {object} Kept
  * @property {string} step
  * @property {number} slots how many
  * @property {Record<string, string>} fields name to what stands in it
+ * @property {Tries} [tries] absent where it was kept before they were
  */
 
 /** @param {Kept} kept until the tab is closed */

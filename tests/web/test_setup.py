@@ -486,6 +486,39 @@ class OnThePage(WithStation):
         self.see("#good", "The station takes it as it is.")
         self.assertFalse(self.browser.run("return document.querySelector('#not-sound').checkVisibility()"))
 
+    def test_a_good_try_counts_after_a_reload_and_in_another_language_until_the_address_changes(self):
+        self.enter_chamber(self.lab.ports["chamber"])
+        self.browser.click("#chamber-try")
+        self.see("#chamber-answer", "It answers.")
+        self.go_to("units")
+        self.enter_slot(self.lab.ports["units"][0])
+        self.go_to("file")
+        self.see("#good", "The station takes it as it is.")
+        self.browser.run("window.isOld = true")
+        self.choose("language", "de")
+        self.browser.wait("return window.isOld === undefined && document.querySelector('#good')?.checkVisibility()")
+        self.assertTrue(self.browser.run("return document.querySelector('#not-sound').hidden"))
+        self.go_to("chamber")
+        self.fill("chamber-port", "1")
+        self.go_to("file")
+        self.browser.wait("return !document.querySelector('#not-sound').hidden")
+        self.browser.run("localStorage.clear()")
+
+    def test_a_try_that_ends_on_the_last_step_is_told_there(self):
+        self.enter_chamber(self.lab.ports["chamber"])
+        self.go_to("units")
+        self.enter_slot(self.lab.ports["units"][0])
+        self.go_to("chamber")
+        # Nothing answers the try before the last step is open.
+        self.browser.run("""const fetched = window.fetch;
+            window.fetch = (address, ...more) => (String(address).includes('setup/try') ? new Promise((go) => { window.go = go; }).then(() => fetched(address, ...more)) : fetched(address, ...more));""")
+        self.browser.click("#chamber-try")
+        self.browser.wait("return window.go !== undefined")
+        self.go_to("file")
+        self.see("#not-sound", "Chamber: never tried")
+        self.browser.run("window.go()")
+        self.browser.wait("return document.querySelector('#not-sound').hidden")
+
     def test_a_wrong_address_is_told_at_the_field(self):
         self.enter_chamber(unused_port())
         self.browser.click("#chamber-try")
