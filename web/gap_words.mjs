@@ -98,8 +98,8 @@ const aboutOf = (structure, heldOut) => G.kinds(structure?.kind ?? "", heldOut !
 /** Odds below which a rival is out: on campaigns of another laboratory all 297 first names that stood so were right. */
 const OUT = 1e-6;
 
-/** Whether a rival has a chance beside the effect; of some no odds are known. */
-export const isOpen = ({ confusable_with: rivals, odds }) => rivals.some((name) => (odds[name] ?? 1) >= OUT);
+/** Whether a rival has a chance beside the effect; of some no odds are known, of none in documents kept before they were told. */
+export const isOpen = ({ confusable_with: rivals, odds }) => rivals.some((name) => (odds?.[name] ?? 1) >= OUT);
 
 /**
  * How sure that is, and what it cannot be told from; `isCompared`: fresh runs were, with what was accepted.
@@ -201,11 +201,14 @@ export function intervalText(ci95) {
   return G.shown.interval(low, high);
 }
 
-/** Sensors in whose mean the terms show; of terms that never do, those that they are in. */
-function sensorsOf(terms) {
-  const inTheMean = terms.filter(({ name }) => !OUTSIDE_THE_MEAN.includes(name));
-  return new Set((inTheMean.length > 0 ? inTheMean : terms).flatMap(({ parts }) => parts.flatMap((part) => part.sensors)));
+/** The terms that show in the mean; all, where none does. */
+function inTheMean(terms) {
+  const shown = terms.filter(({ name }) => !OUTSIDE_THE_MEAN.includes(name));
+  return shown.length > 0 ? shown : terms;
 }
+
+/** Sensors that the terms act on. */
+const sensorsOf = (terms) => new Set(terms.flatMap(({ parts }) => parts.flatMap((part) => part.sensors)));
 
 /** Whether a comparison has seen a fresh run. */
 export const hasFresh = ({ runs }) => runs.some(({ use }) => use === "fresh");
@@ -216,20 +219,19 @@ export function shownText({ before, model, terms, runs, sensors }) {
   if (terms.length === 0) return G.shown.noTerms(model);
   const models = G.shown.models(before, model);
   if (fresh === 0) return G.shown.noFresh(models);
-  const acted = sensorsOf(terms);
+  const acted = sensorsOf(inTheMean(terms));
   const judged = Object.entries(sensors).filter(([name, sensor]) => acted.has(name) && sensor.fresh !== null);
   const closer = judged.filter(([, { fresh: part }]) => part.after_rms < part.before_rms);
   const said = G.shown.closer(models, fresh, closer.length, judged.length);
-  return closer.length < judged.length ? said : said + expectedText(terms, judged, Object.entries(sensors).filter(([name]) => !acted.has(name)));
+  return closer.length < judged.length ? said : said + expectedText(inTheMean(terms), judged, Object.entries(sensors).filter(([name]) => !acted.has(name)));
 }
 
 /** How the closed part of the gap lies to what was expected when the effects were accepted; "" where nothing was. `others`: sensors that they do not act on. */
 function expectedText(terms, judged, others) {
-  const expected = terms.at(-1)?.gap ?? {};
-  const known = judged.filter(([name, { fresh }]) => fresh.closed_fraction !== null && expected[name]?.closed_ci95);
-  if (known.length === 0) return "";
-  const less = known.filter(([name, { fresh }]) => fresh.closed_fraction < expected[name].closed_ci95[0]);
-  if (less.length === 0) return G.shown.asExpected;
+  const expected = (sensor) => terms.filter((term) => sensorsOf([term]).has(sensor)).at(-1)?.gap?.[sensor]?.closed_ci95 ?? null; // effects may be accepted in several steps
+  const known = judged.filter(([name, { fresh }]) => fresh.closed_fraction !== null && expected(name) !== null);
+  const less = known.filter(([name, { fresh }]) => fresh.closed_fraction < expected(name)[0]);
+  if (less.length === 0) return known.length > 0 && judged.every(([name]) => expected(name) !== null) ? G.shown.asExpected : "";
   const off = others.filter(([, { fresh }]) => fresh !== null && fresh.after_rms > FAR_ABOVE * fresh.floor_rms);
   const names = (list) => list.map(([name]) => sensorText(name)).join(", ");
   return G.shown.less(names(less)) + (off.length > 0 ? G.shown.curve(names(off)) : G.shown.searchAgain);

@@ -395,7 +395,8 @@ class Page(BrowserTest, WithStation):
         self.go("events", "return document.querySelector('#audit tbody tr')")
         effects = [{"name": "sensor_lag", "next_experiment": "a slower ramp", "confusable_with": ["moisture"], "odds": {"moisture": 0.02}}]
         decided = [effects[0] | {"odds": {"moisture": 4e-9}}]
-        for effects, carried, accepts in ((effects, [], False), (effects, ["sensor_lag"], True), (decided, [], True)):
+        before_odds = [{name: value for name, value in effects[0].items() if name != "odds"}]  # of a document that was kept before they were told
+        for effects, carried, accepts in ((effects, [], False), (effects, ["sensor_lag"], True), (decided, [], True), (before_odds, [], False)):
             said = self.browser.run("""const given = arguments; return import('/gap_words.mjs').then((words) => [words.acceptsNext(...given), words.gapNextOf(...given).map((part) => part.english ?? part).join("")])""",
                                     {"verdict": "named", "effects": effects}, carried)
             self.assertEqual(said[0], accepts)
