@@ -149,9 +149,12 @@ export class JobPanel {
     $("unit-verify").disabled = busy || !hasModel || isOlder || this.#unit.verify_with.length === 0;
     $("unit-report").disabled = busy || !hasModel;
     $("unit-release").disabled = busy || !hasModel || this.#unit.model.state === "released" || this.#unit.release.obstacles.length > 0;
-    const isUnfit = (isOlder || this.#unit?.model?.state === "withdrawn") && this.#olderVersion() === null;
-    $("unit-export").disabled = busy || !hasModel || (isUnfit && $("unit-format").value !== OF_RUNS);
-    say($("unit-older-why"), isOlder ? U.jobs.beforeRepair(this.#unit.model.version) : "");
+    const against = hasModel && this.#unit.model.state === "released" ? this.#unit.release.obstacles : []; // the rule of release, by now
+    const isUnfit = isOlder || this.#unit?.model?.state === "withdrawn" || against.length > 0;
+    const isExportOff = isUnfit && this.#olderVersion() === null && $("unit-format").value !== OF_RUNS;
+    $("unit-export").disabled = busy || !hasModel || isExportOff;
+    tell($("unit-older-why"), isOlder ? [U.jobs.beforeRepair(this.#unit.model.version, isExportOff)]
+      : isExportOff && against.length > 0 ? [U.jobs.againstTheRule(this.#unit.model.version), ...obstacleParts(against)] : []);
     this.#took(busy, this.#running);
   }
 

@@ -91,11 +91,26 @@ export const text = {
   obstacles: {
     neverVerified: "it was never verified",
     notPassed: (campaign, verdict) => `its last verification, against campaign ${campaign}, says ${verdict}`,
-    /** `runs`: "R01 of campaign week-1, R02 of campaign week-1" */
-    leftOut: (runs) => `runs for calibration are not in it: ${runs}: fit again with all, or void them`,
+    /** `runs`: [label, campaign] of each */
+    leftOut: (runs) => `runs for calibration are not in it: ${runs.map(([label, campaign]) => `${label} of campaign ${campaign}`).join(", ")}: fit again with all, or void them`,
     beforeRepair: "it is of the unit before it was repaired or changed: record it again, then fit it",
     gone: (count) => `${count} of the runs that it was fitted to were withdrawn or are gone: fit again`,
     checkWithdrawn: (campaign) => `runs of campaign ${campaign} were withdrawn after it was verified against them: verify it again`,
+    /** `runs`: "R01, R02" */
+    voided: (runs) => `runs that it was fitted to were withdrawn since, whole or in part: ${runs}: fit again`,
+    withdrawn: "it is withdrawn: fit again",
+    checkSimulated: (campaign) => `it was measured, and runs of campaign ${campaign} are SIMULATED: verify it against measured runs`,
+    kinds: {
+      chamber_probe: "probe of the chamber's air", fixture_squareness: "squareness of the fixture", level: "level of the base", gravity: "local gravity", supply: "power supply",
+      rate: "rate of the table",
+    },
+    reference: (kind, name, certificate) => `${name} (${kind}, certificate ${certificate})`,
+    due: (reference, day) => `${reference} was due on ${day}: record with a newer certificate and fit again`,
+    entryWithdrawn: (reference, day, user, reason, isCorrected, remedy) =>
+      `the entry of ${reference} was withdrawn on ${day} by ${user} (${reason}); its values still apply here, ${isCorrected ? "the corrected entry applies from the next fit on" : "and no entry corrects it"}: ${remedy}`,
+    retired: (reference, day, user, reason, remedy) => `${reference} was used for it and was retired on ${day} by ${user} (${reason}): ${remedy}`,
+    expired: (reference, day, remedy) => `${reference} was used for it, expired on ${day} and has no newer certificate: ${remedy}`,
+    remedies: { "fit again": "fit again", "verify it against newer runs": "verify it against newer runs" },
   },
   judged: {
     title: "Worst errors and limits, by sensor",
@@ -170,8 +185,10 @@ export const text = {
     keyUnknown: "Sign it: ",
     simulated: (version) => `Although model ${version} is of SIMULATED data`,
     tickSimulated: (version) => `Export: model ${version} is of SIMULATED data. Tick “Although model ${version} is of SIMULATED data” first, if that is what you want.`,
-    /** Why Verify and Export are off. */
-    beforeRepair: (version) => `Verify, Release and Export are off: model ${version} is of the unit before it was repaired or changed. Record it again, then fit it.`,
+    /** Why Verify and Release are off, and Export, too, where `isExportOff`. */
+    beforeRepair: (version, isExportOff) => `${isExportOff ? "Verify, Release and Export" : "Verify and Release"} are off: model ${version} is of the unit before it was repaired or changed. Record it again, then fit it.`,
+    /** In front of which conditions. */
+    againstTheRule: (version) => `Export is off: model ${version} is released, and does not keep the rule of release any more: `,
     /** In front of what the station says is in the way of a release. */
     notReleased: "Not to be released yet: ",
     cancel: "Cancel",

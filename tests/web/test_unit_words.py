@@ -1,10 +1,54 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a unit's page says of documents that are made up here: jobs, campaigns to verify with, warnings, what to do next. The modules are those that a real
 `soakd` ($SOAK_BIN_FOLDER) without units serves."""
+import re
 import unittest
 
 from browser import BrowserTest
-from real_soakd import Soakd
+from real_soakd import ROOT, Soakd
+from test_language import ENGLISH
+
+
+# What stands in the braces of the station's sentences, in turn.
+FILLED_IN = {
+    "it was never verified: 'soak verify --unit {} --campaign NAME'": ("SN1",),
+    "its last verification, against campaign '{}', says {}, not pass: {}": ("week-1", "marginal", "fit again, or verify it against other fresh runs"),
+    "{} of the runs that it was fitted to are withdrawn or not in this data folder: fit again": ("2",),
+    "runs for calibration are not in it: {}: fit again with all, or void them": ("R01 of campaign week-1, R02 of campaign week-1",),
+    "it was measured, and runs of campaign '{}' are SIMULATED: verify it against measured runs": ("week-1",),
+    "runs of campaign '{}' were withdrawn after it was verified against them: verify it again": ("week-1",),
+    "{} was due on {}: record with a newer certificate and fit again": ("chamber_probe 'PT-7' (certificate K-12)", "2026-11-26"),
+    "it is withdrawn: fit again": (),
+    "it belongs to epoch {}, the unit is in epoch {}: fit again": ("1", "2"),
+}
+# Warnings that become one, with the sentences that stand in their braces.
+WARNINGS = {
+    "withdrawn, whole or in part, after the model was fitted to it: {}": [("R01, R02",)],
+    "the entry of {} was withdrawn {}; {}": [("rate 'table' (certificate K-3)", "on 2026-11-26 by Eva: Komma", end) for end in (
+        "its values still apply here; the corrected entry applies from the next fit on", "no entry corrects it, and its values still apply here")],
+    "{}, which was used for this measurement, was retired {}": [("level 'O' (certificate 7)", "on 2026-11-26 by Eva: Sturz")],
+    "{}, which was used for this measurement, expired on {} and has no newer certificate: nothing confirms that it was still correct": [("gravity 'g' (certificate P 1)", "2026-11-26")],
+}
+
+
+def source_of(path):
+    """Of the station, with each sentence in one piece."""
+    return re.sub(r'"\s*"', "", (ROOT / "station" / path).read_text(encoding="utf-8"))
+
+
+def obstacles_of_the_rule():
+    """An example of each sentence that the rule of release says. Fails where it says others than those above."""
+    rule = source_of("release/release_rule.cpp")
+    # Beside those above two of warnings; whether it passed is told in two sentences at one place.
+    assert len(re.findall(r"obstacles\.(?:push|emplace)_back\(", rule)) == len(FILLED_IN) - 1 + 2
+    assert all(f'"{sentence}"' in rule for sentence in FILLED_IN)
+    others = source_of("report/runs_of_model.cpp") + source_of("fit/reference_rule.cpp")
+    assert all(f'"{sentence}"' in others for sentence in WARNINGS)
+    remedies = re.findall(r'warning\.text \+ ": ([^"]+)"', rule)
+    assert len(remedies) == 2
+    texts = [sentence.format(*words) for sentence, words in FILLED_IN.items()]
+    warnings = [sentence.format(*words) for sentence, examples in WARNINGS.items() for words in examples]
+    return texts + [f"{warning}: {remedy}" for remedy in remedies for warning in warnings if remedy == "fit again" or not warning.startswith("withdrawn,")]
 
 
 class EmptyStation(Soakd):
@@ -140,6 +184,74 @@ class Words(BrowserTest):
         self.assertIn("In gyro x less is closed than was expected", less)
         self.assertIn("search again", less)
         self.assertIn("accel x, on which the effects do not act, are far above the floor", said(0.36, 0.014))
+
+    def test_each_sensor_is_held_against_what_was_expected_when_its_own_effect_was_accepted(self):
+        self.browser.go(self.soakd.url)
+        def term(name, sensor, low=None):
+            return {"name": name, "parts": [{"sensors": [sensor]}], "gap": {} if low is None else {sensor: {"closed_ci95": [low, 1.05]}}}
+        def said(gyro, accel, terms):
+            sensors = {name: {"fresh": {"before_rms": 0.03, "after_rms": 0.004, "floor_rms": 0.004, "closed_fraction": closed}, "fitted": None}
+                       for name, closed in (("gyro_x", gyro), ("accel_x", accel))}
+            return self.browser.run("const [result] = arguments; return import('/gap_words.mjs').then((words) => words.shownText(result))",
+                                    {"before": 1, "model": 3, "terms": terms, "runs": [{"use": "fresh"}], "sensors": sensors})
+        two_steps = [term("sensor_lag", "gyro_x", 0.93), term("hysteresis", "accel_x", 0.6)]
+        self.assertIn("As much is closed as was expected.", said(0.95, 0.7, two_steps))
+        self.assertIn("In gyro x less is closed than was expected", said(0.36, 0.7, two_steps))
+        self.assertIn("In accel x less is closed than was expected", said(0.95, 0.5, two_steps))
+        again = [term("sensor_lag", "gyro_x", 0.93), term("hysteresis", "gyro_x", 0.5), term("hysteresis", "accel_x", 0.6)]
+        self.assertIn("As much is closed as was expected.", said(0.55, 0.7, again), "the newest counts")
+        unknown = [term("sensor_lag", "gyro_x", 0.93), term("hysteresis", "accel_x")]
+        self.assertNotIn("expected", said(0.95, 0.7, unknown))
+        self.assertIn("In gyro x less is closed than was expected", said(0.36, 0.7, unknown))
+
+    def obstacles(self, language, *texts):
+        """Parts that the page makes of each."""
+        self.browser.go(self.soakd.url)
+        self.browser.run("localStorage.setItem('soak-language', arguments[0])", language)
+        self.addCleanup(self.browser.run, "localStorage.removeItem('soak-language')")
+        self.browser.go("about:blank")
+        self.browser.go(self.soakd.url)
+        return self.browser.run("const texts = arguments; return import('/obstacle_words.mjs').then((words) => [...texts].map((text) => words.obstacleParts([text])))", *texts)
+
+    def test_every_obstacle_to_a_release_is_told_in_the_language_of_the_page(self):
+        texts = sorted(obstacles_of_the_rule())
+        self.assertEqual(len(texts), 18)
+        for language in ("en", "de"):
+            for text, parts in zip(texts, self.obstacles(language, *texts)):
+                with self.subTest(text, language=language):
+                    self.assertTrue(all(isinstance(part, str) for part in parts), parts)
+                    if language == "de":
+                        self.assertNotRegex("".join(parts), ENGLISH)
+
+    def test_a_campaign_keeps_its_name_in_an_obstacle(self):
+        left_out = "runs for calibration are not in it: r1 of campaign rest of campaign 3, r2 of campaign a, b: fit again with all, or void them"
+        self.assertIn("r1 der Kampagne rest of campaign 3, r2 der Kampagne a, b:", self.obstacles("de", left_out)[0][0])
+        self.assertIn(left_out, self.obstacles("en", left_out)[0][0])
+
+    def test_a_released_model_that_breaks_the_rule_by_now_is_not_exported_and_the_page_says_why(self):
+        self.browser.go(self.soakd.url)
+        unit = {"unit": "SN1", "type": "t", "epoch": 1, "to_fit": 0, "verify_with": [], "fitted_to": [], "released_before": [1], "simulated_before": [], "warnings": [], "exported": None,
+                "verification": None, "gap": {"find": None, "show": None}, "model": {"version": 2, "epoch": 1, "state": "released", "simulated": False, "terms": []},
+                "release": {"obstacles": ["it was never verified: 'soak verify'"], "expires": None}}
+        def offered(unit, format="blob", version=""):
+            return self.browser.run("""const [unit, format, version] = arguments;
+                return import('/text.mjs').then(({ textsOf }) => Promise.all([textsOf('units'), textsOf('gap')])).then(() => import('/job_panel.mjs')).then(({ JobPanel }) => {
+                  window.panel ??= new JobPanel(() => 'Eva', () => {}, () => {});
+                  document.getElementById('unit-format').value = format;
+                  window.panel.offer(unit, null);
+                  document.getElementById('unit-version').value = version;
+                  document.getElementById('unit-version').dispatchEvent(new Event('change'));
+                  return [document.getElementById('unit-export').disabled, document.getElementById('unit-older-why').textContent];
+                });""", unit, format, version)
+        why = "Export is off: model 2 is released, and does not keep the rule of release any more: it was never verified."
+        self.assertEqual(offered(unit), [True, why])
+        self.assertEqual(offered(unit, "kalibr"), [False, ""])
+        self.assertEqual(offered(unit, version="1"), [False, ""])
+        self.assertEqual(offered({**unit, "release": {"obstacles": [], "expires": None}}), [False, ""])
+        repaired = {**unit, "epoch": 2}
+        self.assertTrue(offered(repaired)[1].startswith("Verify, Release and Export are off: model 2 is of the unit before"))
+        off, said = offered(repaired, "kalibr")
+        self.assertEqual((off, said.split(":")[0]), (False, "Verify and Release are off"))
 
     def test_nothing_is_to_be_done_only_when_no_gap_is_open(self):
         self.browser.go(self.soakd.url)
