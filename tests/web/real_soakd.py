@@ -22,13 +22,22 @@ port = {port}
 [[slot]]
 name = "1"
 host = "127.0.0.1"
-port = {port}
+port = {unit_port}
 decoder = "xsens"
 """
 
 
 def programs():
     return pathlib.Path(os.environ.get("SOAK_BIN_FOLDER", ROOT / "build" / "release" / "bin"))
+
+
+def unused_ports(count):
+    """Ports at which nothing answers."""
+    with contextlib.ExitStack() as stack:
+        probes = [stack.enter_context(socket.socket()) for _ in range(count)]
+        for probe in probes:
+            probe.bind(("127.0.0.1", 0))
+        return [probe.getsockname()[1] for probe in probes]
 
 
 class Soakd:
@@ -39,11 +48,9 @@ class Soakd:
         self.folder = pathlib.Path(tempfile.mkdtemp(prefix="soak-station-"))
         self.data = self.folder / "data"
         self.store_all()
-        with socket.socket() as probe:  # a port at which nothing answers
-            probe.bind(("127.0.0.1", 0))
-            port = probe.getsockname()[1]
+        port, unit_port = unused_ports(2)
         self.config = self.folder / "station.toml"
-        self.config.write_text(self.settings + SLOTS.format(procedures=ROOT / "procedures", port=port), encoding="utf-8")
+        self.config.write_text(self.settings + SLOTS.format(procedures=ROOT / "procedures", port=port, unit_port=unit_port), encoding="utf-8")
         self.log = open(self.folder / "soakd.log", "w", encoding="utf-8")
         self.process = None
         self.start()
