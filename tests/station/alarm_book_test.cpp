@@ -342,7 +342,7 @@ TEST_F(AlarmsOverTime, AUnitThatIsNotInTheNextCampaignIsNotToldToBeWell) {
 
 TEST_F(AlarmRules, TheEndForWantOfUnitsNamesThoseThatHaveJustFailed) {
   status["state"] = "stopping";
-  status["units"][0]["state"] = "failed";
+  for (json& unit : status["units"]) unit["state"] = "failed";
   const json told = alarms_of(status);
   EXPECT_TRUE(std::ranges::any_of(told, [](const json& alarm) {
     return alarm.at("detail").is_string() &&
