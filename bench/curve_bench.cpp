@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Two builds of the curve fit side by side: each fits the same made-up units, whose truths it never sees, and writes
 // one line for each curve; then the lines of both are compared. Nothing of the generator is shared with the fit.
-//   bench_curves fit FILE [UNITS [FIRST]]   UNITS of each shape and number of runs, 9 unless given: 216 curves; FIRST
-//   is
-//                                           the seed of the first of them, 0 unless given
+//   bench_curves fit FILE [UNITS [FIRST]]   UNITS of each shape and number of runs, 9 unless given: 216 curves;
+//                                           FIRST: seed of the first of them, 0 unless given
 //   bench_curves compare OLD NEW
 #include <fmt/format.h>
 
@@ -218,7 +217,7 @@ double quantile(std::vector<double> values, double share) {
   return values[static_cast<std::size_t>(std::lround(share * static_cast<double>(values.size() - 1)))];
 }
 
-/// One line of the comparison: of all curves, or of those whose name begins with `group`.
+/// One line of the comparison, named `group`: of the curves that belong to it.
 void compare_group(const std::vector<Outcome>& before, const std::vector<Outcome>& after,
                    const std::function<bool(const Outcome&)>& belongs, const std::string& group) {
   std::vector<double> held_out, fresh, truth, optimism_before, optimism_after;
@@ -251,7 +250,8 @@ void compare_group(const std::vector<Outcome>& before, const std::vector<Outcome
 int compare(const std::string& before_path, const std::string& after_path) {
   const std::vector<Outcome> before = read_outcomes(before_path);
   const std::vector<Outcome> after = read_outcomes(after_path);
-  if (before.empty() || before.size() != after.size()) {
+  const bool same_units = std::ranges::equal(before, after, {}, &Outcome::unit, &Outcome::unit);
+  if (before.empty() || !same_units) {
     fmt::print(stderr, "bench_curves: {} and {} are not of the same units\n", before_path, after_path);
     return 1;
   }

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 #include <numeric>
+#include <optional>
 
 #include "base/linear/dense_solve.h"
 
@@ -149,10 +150,15 @@ base::Result<TrainingData> condense(const TrainingData& data, double width,
   const Cells cells = fill_cells(data, together, shape, condensed);
   const double variance = data.group.empty() ? 0.0 : data.group_variance;
   const NormalEquations sum = normal_equations(cells, variance, condensed.rows());
-  const Eigen::VectorXd m = base::solve_llt(sum.matrix, sum.right);
+  const std::optional<Eigen::MatrixXd> lower = base::try_cholesky(sum.matrix);
+  if (!lower) {
+    return base::bad_input("the groups' offsets dwarf the noise of the rows: nothing is left of their level",
+                           "group_variance");
+  }
+  const Eigen::MatrixXd factor = lower->transpose();
+  const Eigen::VectorXd m = base::solve_upper(factor, base::solve_lower(*lower, sum.right));
   condensed.y.assign(m.data(), m.data() + m.size());
   condensed.squares_within += std::max(0.0, squares_about(m, cells, variance));
-  const Eigen::MatrixXd factor = base::cholesky(sum.matrix).transpose();
   condensed.precision_factor.assign(factor.data(), factor.data() + factor.size());
   return condensed;
 }

@@ -18,7 +18,8 @@ namespace soak::anfis {
 ///
 /// Walking up the inputs, a row joins the one before if it lies less than `width` above the lowest of them. Refuses
 /// (bad_input) data that validate() refuses, several inputs, data that are condensed already, a negative width, and
-/// free offsets (group_variance = +infinity), for which G has no inverse.
+/// free offsets (group_variance = +infinity), for which G has no inverse, or offsets so much larger than the noise that
+/// rounding leaves it none.
 [[nodiscard]] base::Result<TrainingData> condense(const TrainingData& data, double width,
                                                   const std::function<double(double)>& shape);
 

@@ -36,16 +36,19 @@ struct StructureSearchPoint {
   double excess_error;    ///< standard error of the excess
 };
 
+/// Fold of the rows that are learned from in every fold and judge nothing.
+inline constexpr int kNoJudge = -1;
+
 struct StructureSearch {
   std::vector<StructureSearchPoint> curve;  ///< in rising order of memberships
   int best = 0;                             ///< memberships with the least mean error
   int chosen = 0;                           ///< the fewest memberships whose excess is at most one excess_error
 };
 
-/// Chooses the number of rules by cross-validation. fold: id of the fold of each row; groups (runs) must not be split
-/// over folds, as a run's own offset would leak otherwise. Each candidate is trained on all folds but one and judged on
-/// that one by shape_rmse: the held-out groups' own offsets are removed, weights count. The choice is the fewest rules
-/// whose mean error exceeds the least one by no more than one standard error of the paired difference.
+/// Chooses the number of rules by cross-validation. fold: id of the fold of each row, or kNoJudge; groups (runs) must
+/// not be split over folds, as a run's own offset would leak otherwise. Each candidate is trained on all folds but one
+/// and judged on that one by shape_rmse: the held-out groups' own offsets are removed, weights count. The choice is the
+/// fewest rules whose mean error exceeds the least one by no more than one standard error of the paired difference.
 ///
 /// What it cannot see: folds over runs share their temperatures, so that an error between temperatures that no run
 /// visits costs nothing here. The bounds of the premises stand against that (premises/premise_bounds.h).
@@ -79,7 +82,7 @@ struct StructureChoice {
 
 /// How far a candidate that has not learned from a group lies from its rows.
 struct GroupError {
-  int group = 0;
+  int group = 0;         ///< of data without groups 0, once for each fold
   int fold = 0;          ///< with which the group was left out
   double weight = 0.0;   ///< of its rows
   double squares = 0.0;  ///< weight times shape_rmse() squared
@@ -91,7 +94,8 @@ struct JudgedCandidate {
   std::vector<GroupError> errors;
   std::map<int, Model> models;  ///< by fold: the one that has not learned from it
 
-  /// The model that has not learned from a group; null where none has left it out.
+  /// The model that has not learned from a group; null where none has left it out. Needs data with groups: without
+  /// them nothing says which rows are meant.
   [[nodiscard]] const Model* without(int group) const;
 };
 
@@ -105,10 +109,9 @@ using Condense = std::function<base::Result<TrainingData>(const TrainingData&)>;
                                                                           std::span<const int> fold,
                                                                           const StructureSearchOptions& options,
                                                                           const Condense& condense);
-inline constexpr int kNoJudge = -1;
-
 /// The choice of search_structure() among the candidates with `most` memberships at most (but the fewest there are).
-/// `left_out`: a group whose errors do not count; the others must be of two folds.
+/// `left_out`: a group whose errors do not count, which needs data with groups; the others must be of two folds, else
+/// nothing is chosen (0).
 [[nodiscard]] StructureSearch choose_structure(std::span<const JudgedCandidate> candidates, int most,
                                                std::optional<int> left_out = std::nullopt);
 

@@ -111,9 +111,11 @@ inline constexpr std::size_t kCurveTemperatures = 3;
 /// another one, and the baseline with the least held-out error is deployed.
 ///
 /// No outer fold trains on the rows that it is judged by, nor does the error on them count where it chooses the number
-/// of rules. They bear on it in two ways: of more than three runs the inner folds that are asked for this number have
-/// been trained once, for all runs, and the search for the scatter begins at that of all rows. Measured, that does not
-/// show in the error (docs/decisions/0046-fewer-trainings.md). With fewer than three runs the outer folds are branches
+/// of rules. They bear on it in these ways: of more than three runs the inner folds that are asked for this number, and
+/// at one of whose models the ANFIS of the outer fold begins, have been trained once, for all runs; in these trainings
+/// the rows' weights, the variance of the offsets and the spline along which rows are moved to be condensed are those
+/// of all runs; and the search for the scatter begins at that of all rows. Measured, none of it shows in the error
+/// (docs/decisions/0046-fewer-trainings.md). With fewer than three runs the outer folds are branches
 /// of the temperature history, or blocks of time, and are reported as checks only. With at most three, too few for such
 /// folds to decide, the family with the least expected error on all rows is deployed (detail/family_choice.h). With too
 /// few temperatures for an ANFIS of two rules it is left out, with a warning. Refuses rows that do not vary, non-finite

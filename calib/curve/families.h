@@ -92,7 +92,8 @@ struct LeftOut {
 /// Fits every family to the rows. `choice`: that of the whole fit, also where an outer fold has left a run out of the
 /// rows; folds over runs need two that have been at several temperatures. With `left_out` the curves alone are wanted:
 /// the ANFIS has no variance then. By folds over runs it has the structure that the inner folds of the whole fit choose
-/// by their errors on the other runs, and its training begins where the inner fold without that run has ended.
+/// by their errors on the other runs, and its training begins where the inner fold without that run has ended, or at a
+/// grid where that fold has seen another range of temperatures.
 [[nodiscard]] base::Result<TrainedFamilies> train_families(const CurveData& data, const CurveFitOptions& options,
                                                            RuleChoice choice, const LeftOut* left_out = nullptr);
 

@@ -129,5 +129,23 @@ TEST(CondensedRows, AreRefusedWhereTheyCannotBeMade) {
   EXPECT_EQ(condense({{0.0, 1.0, 2.0, 3.0}, {1.0, 2.0}, {}, {}, 0.0, 2, {}, 0.0, 0}, 0.0, flat).error().where, "x");
 }
 
+// What is left of the runs' level beside such offsets is rounding, by which a pivot of the factorisation may be
+// negative.
+TEST(CondensedRows, AreRefusedWhereOffsetsDwarfTheNoise) {
+  TrainingData data = unbalanced_runs();
+  int refused = 0;
+  for (double variance = 1e12; variance < 1e30; variance *= 10.0) {
+    data.group_variance = variance;
+    const auto rows = condense(data, 0.0, flat);
+    if (rows) {
+      EXPECT_TRUE(validate(*rows, 0)) << variance;
+      continue;
+    }
+    EXPECT_EQ(rows.error().where, "group_variance") << variance;
+    ++refused;
+  }
+  EXPECT_GT(refused, 0);
+}
+
 }  // namespace
 }  // namespace soak::anfis

@@ -36,6 +36,13 @@ TEST(PartsOfRun, ShowEachOthersScaleErrorsAtTheSameTemperature) {
   EXPECT_FALSE(shown_by_other_parts({"c/R1", "c/R2"}, estimates, 0, Sensor::accel_x)) << "another run is no part";
 }
 
+TEST(PartsOfRun, AreNoneWhereNoRunHasTheNameWithoutNumber) {
+  std::vector<SixPositionEstimate> estimates = {part_with_scale_at({20.0}, 0), part_with_scale_at({20.0}, 1)};
+  EXPECT_FALSE(shown_by_other_parts({"day.1", "day.2"}, estimates, 0, Sensor::accel_x)) << "two runs with such names";
+  estimates.push_back(part_with_scale_at({20.0}, 0));
+  EXPECT_TRUE(shown_by_other_parts({"day.1", "day.2", "day"}, estimates, 0, Sensor::accel_x));
+}
+
 TEST(PartsOfRun, DoNotShowWhatNoneOfThemHas) {
   std::vector<SixPositionEstimate> estimates = {part_with_scale_at({0.0, 20.0}, 1), part_with_scale_at({30.0}, 1)};
   EXPECT_FALSE(shown_by_other_parts({"R1", "R1.2"}, estimates, 0, Sensor::accel_x)) << "not at 20 °C";

@@ -50,6 +50,18 @@ TEST(LevelSpline, IsTheNaturalSplineOfThreePoints) {
   }
 }
 
+TEST(LevelSpline, GivesEachOfManyTheWeightsOfOne) {
+  const std::vector<double> x = {-35.0, -20.0, -7.3, 11.0, 33.3, 70.0, 81.0};
+  for (const LevelSpline& spline : {LevelSpline(kKnots), LevelSpline({-5.0, 40.0}), LevelSpline({25.0})}) {
+    const Eigen::MatrixXd many = spline.weights(x);
+    ASSERT_EQ(many.rows(), 7);
+    for (Eigen::Index i = 0; i < many.rows(); ++i) {
+      EXPECT_EQ(many.row(i), spline.weights(x[static_cast<std::size_t>(i)])) << i;
+      EXPECT_NEAR(many.row(i).sum(), 1.0, 1e-12) << i;
+    }
+  }
+}
+
 TEST(LevelSpline, OfOneKnotIsAConstant) {
   const LevelSpline spline({25.0});
   EXPECT_EQ(spline.weights(60.0)(0), 1.0);

@@ -3,9 +3,13 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cmath>
+#include <utility>
 
+#include "anfis/linear/least_squares.h"
 #include "calib/gap/base/campaign_model.h"
+#include "calib/gap/base/whitened_base.h"
 #include "calib/gap/noise/noise.h"
 #include "calib/gap/noise/wander_estimate.h"
 #include "tests/gap/made_up_campaign.h"
@@ -97,6 +101,78 @@ TEST(Whitening, MakesNoiseWhiteThatWandersOnTop) {
   const Eigen::MatrixXd half = whitening.apply(covariance);
   const Eigen::MatrixXd white = whitening.apply(half.transpose());
   EXPECT_LT((white - Eigen::MatrixXd::Identity(n, n)).cwiseAbs().maxCoeff(), 1e-9);
+}
+
+/// The filter of a made-up campaign of three runs, and where the rows of the last of them are.
+struct FilteredRuns {
+  Observations observations;
+  Whitening whitening;
+  Eigen::Index first = 0;  ///< of the last run
+
+  [[nodiscard]] Eigen::Index count() const { return static_cast<Eigen::Index>(whitening.rows().size()) - first; }
+};
+
+FilteredRuns three_filtered_runs() {
+  made_up::Plan plan;
+  plan.runs = 3;
+  plan.levels = 2;
+  Observations observations = observe(made_up::campaign(plan, made_up::nothing()));
+  std::vector<bool> keep(observations.rows.size(), true);
+  keep[4] = false;  // whitened rows are no longer those of the observations
+  const Whitening whitening(observations, Sensor::gyro_x, {1.0, 0.7, 1.3, 0.0, 0.0, 0.0, false, {{500.0, 0.9}}}, keep);
+  const auto first = std::ranges::find_if(
+      whitening.rows(), [&](Eigen::Index row) { return observations.rows[static_cast<std::size_t>(row)].run == 2; });
+  return {std::move(observations), whitening, first - whitening.rows().begin()};
+}
+
+TEST(Whitening, OfALaterRunByItselfIsThatOfAllRuns) {
+  const FilteredRuns runs = three_filtered_runs();
+  ASSERT_GT(runs.first, 0);
+  const Eigen::MatrixXd columns = Eigen::MatrixXd::Random(static_cast<Eigen::Index>(runs.observations.rows.size()), 6);
+  const Eigen::MatrixXd alone = runs.whitening.apply_in_run(columns, runs.first, runs.count());
+  EXPECT_EQ(alone, runs.whitening.apply(columns).middleRows(runs.first, runs.count()));
+}
+
+// Columns go through the filter four, eight or sixteen at a time.
+TEST(Whitening, OfManyColumnsIsThatOfEachByItself) {
+  const FilteredRuns runs = three_filtered_runs();
+  for (const Eigen::Index width : {1, 4, 5, 8, 9, 16, 17}) {
+    const Eigen::MatrixXd columns =
+        Eigen::MatrixXd::Random(static_cast<Eigen::Index>(runs.observations.rows.size()), width);
+    const Eigen::MatrixXd white = runs.whitening.apply(columns);
+    for (Eigen::Index k = 0; k < width; ++k) {
+      EXPECT_EQ(white.col(k), runs.whitening.apply(columns.col(k)).col(0)) << k << " of " << width;
+    }
+  }
+}
+
+/// What WhitenedBase::solve() is to give, by QR of the columns with the prior's rows below.
+Eigen::VectorXd by_qr(const WhitenedBase& base, const Eigen::VectorXd& prior, Eigen::MatrixXd& covariance) {
+  Eigen::MatrixXd columns(base.columns().rows() + prior.size(), prior.size());
+  columns << base.columns(), Eigen::MatrixXd(prior.asDiagonal());
+  Eigen::VectorXd readings = Eigen::VectorXd::Zero(columns.rows());
+  readings.head(base.readings().size()) = base.readings();
+  const anfis::LeastSquaresFit fit = anfis::solve_least_squares(columns, readings);
+  covariance = fit.covariance_factor * fit.covariance_factor.transpose();
+  return fit.coefficients;
+}
+
+TEST(WhitenedBase, SolvesNormalEquationsToWhatQrGives) {
+  const FilteredRuns runs = three_filtered_runs();
+  const auto rows = static_cast<Eigen::Index>(runs.observations.rows.size());
+  Eigen::MatrixXd columns = Eigen::MatrixXd::Random(rows, 5);
+  columns.col(1) *= 1e6;                                    // units differ
+  columns.col(2) = columns.col(0) + 0.01 * columns.col(2);  // nearly another column
+  const WhitenedBase base(runs.whitening, columns, Eigen::VectorXd::Random(rows));
+  const Eigen::VectorXd prior = (Eigen::VectorXd(5) << 0.0, 0.0, 0.0, 3.0, 0.0).finished();
+  const anfis::LeastSquaresFit fit = base.solve(prior);
+  Eigen::MatrixXd covariance;
+  const Eigen::VectorXd expected = by_qr(base, prior, covariance);
+  const Eigen::MatrixXd own = fit.covariance_factor * fit.covariance_factor.transpose();
+  for (Eigen::Index k = 0; k < 5; ++k) {
+    EXPECT_NEAR(fit.coefficients(k), expected(k), 1e-9 * std::sqrt(covariance(k, k))) << k;
+    EXPECT_NEAR(own(k, k), covariance(k, k), 1e-8 * covariance(k, k)) << k;
+  }
 }
 
 /// Half the mean square of the difference of two placements' means, blocks left out: what an Allan variance shows at

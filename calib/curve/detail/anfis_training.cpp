@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 #include <map>
 #include <memory>
@@ -158,18 +159,27 @@ struct BestCandidate {
 };
 
 /// The rules of each shape are chosen by themselves, `most` at most; of the shapes the one whose choice has the lesser
-/// error.
-BestCandidate best_candidate(const AnfisCandidates& candidates, int most, std::optional<int> left_out) {
+/// error. Refuses candidates of which none can be chosen.
+base::Result<BestCandidate> best_candidate(const AnfisCandidates& candidates, int most, std::optional<int> left_out) {
   BestCandidate best;
   double least = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i < kShapes.size(); ++i) {
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
     const anfis::StructureSearch found = anfis::choose_structure(candidates[i], most, left_out);
+    if (found.chosen == 0) continue;
     const auto chosen = static_cast<std::size_t>(found.chosen - candidates[i].front().memberships);
-    if (found.curve[chosen].mean_error >= least) continue;
+    if (!(found.curve[chosen].mean_error < least)) continue;
     least = found.curve[chosen].mean_error;
     best = {kShapes[i], &candidates[i][chosen]};
   }
+  if (best.rules == nullptr) return base::bad_input("the runs left out choose no number of rules");
   return best;
+}
+
+base::Result<anfis::Model> grid_of(const BestCandidate& best, const anfis::TrainingData& rows) {
+  anfis::RuleBaseOptions structure;
+  structure.shape = best.shape;
+  structure.memberships = {best.rules->memberships};
+  return anfis::grid_rules(rows, structure);
 }
 
 /// The model to train of all rows by folds over runs; what the folds have judged is left to the outer folds.
@@ -178,22 +188,48 @@ base::Result<anfis::Model> start_of_whole(const AnfisRows& rows, const anfis::Tr
   auto candidates = judge_all(rows, condensed);
   if (!candidates) return base::forward_error(candidates);
   trained.candidates = *std::move(candidates);
-  const BestCandidate best = best_candidate(trained.candidates, kMostRules, std::nullopt);
-  anfis::RuleBaseOptions structure;
-  structure.shape = best.shape;
-  structure.memberships = {best.rules->memberships};
-  return anfis::grid_rules(condensed, structure);
+  const auto best = best_candidate(trained.candidates, kMostRules, std::nullopt);
+  if (!best) return base::forward_error(best);
+  return grid_of(*best, condensed);
 }
 
-/// The model to train.
-base::Result<anfis::Model> start(const AnfisRows& rows, const anfis::TrainingData& learned,
-                                 const CurveFitOptions& options, RuleChoice choice, const LeftOut* left_out,
-                                 TrainedFamilies& trained) {
-  if (options.rules) return asked_rules(learned, *options.rules);
-  if (choice == RuleChoice::expected_error) return rules_by_expected_error(learned);
-  if (left_out == nullptr) return start_of_whole(rows, learned, trained);
-  const BestCandidate best = best_candidate(left_out->whole.candidates, most_rules(learned), left_out->fold);
-  return *best.rules->without(left_out->fold);
+/// A model to train, and how it learns.
+struct Start {
+  anfis::Model model;
+  anfis::VariableProjectionOptions learner;
+};
+
+/// Whether a model has learned from the range of these rows. Else its scales are those of another range, and none of
+/// its rules is where the rows are new.
+bool has_range_of(const anfis::TrainingData& rows, const anfis::Model& model) {
+  const auto [low_c, high_c] = range_of(rows);
+  const anfis::Input& temperature = model.inputs[0];
+  const double apart_c = std::max(std::abs(temperature.min - low_c), std::abs(temperature.max - high_c));
+  return apart_c <= kCondensedShare * (high_c - low_c);
+}
+
+/// The model to train of the rows of an outer fold: that of the inner fold which has not learned from the run left out
+/// either, or a grid where it has seen another range of temperatures.
+base::Result<Start> start_of_fold(const anfis::TrainingData& condensed, const LeftOut& left_out) {
+  const auto best = best_candidate(left_out.whole.candidates, most_rules(condensed), left_out.fold);
+  if (!best) return base::forward_error(best);
+  const anfis::Model* inner = best->rules->without(left_out.fold);
+  if (inner == nullptr) return base::bad_input("no inner fold has left this run out");
+  if (has_range_of(condensed, *inner)) return Start{*inner, fold_learner()};
+  auto grid = grid_of(*best, condensed);
+  if (!grid) return base::forward_error(grid);
+  return Start{*std::move(grid), learner()};
+}
+
+base::Result<Start> start(const AnfisRows& rows, const anfis::TrainingData& learned, const CurveFitOptions& options,
+                          RuleChoice choice, const LeftOut* left_out, TrainedFamilies& trained) {
+  const bool by_folds = !options.rules && choice == RuleChoice::folds_over_runs;
+  if (by_folds && left_out != nullptr) return start_of_fold(learned, *left_out);
+  auto model = options.rules ? asked_rules(learned, *options.rules)
+               : by_folds    ? start_of_whole(rows, learned, trained)
+                             : rules_by_expected_error(learned);
+  if (!model) return base::forward_error(model);
+  return Start{*std::move(model), learner()};
 }
 
 base::Status add_variance(const anfis::Model& model, const anfis::TrainingData& rows, const CurveFitOptions& options,
@@ -214,8 +250,7 @@ base::Status train_anfis(const AnfisRows& rows, const CurveFitOptions& options, 
   if (!learned) return base::forward_error(learned);
   const auto initial = start(rows, *learned, options, choice, left_out, trained);
   if (!initial) return base::forward_error(initial);
-  const bool is_warm = left_out != nullptr && !left_out->whole.candidates.empty();
-  auto result = anfis::train_variable_projection(*initial, *learned, is_warm ? fold_learner() : learner());
+  auto result = anfis::train_variable_projection(initial->model, *learned, initial->learner);
   if (!result) return base::forward_error(result);
   FittedCurve fitted;
   const double total_weight = std::accumulate(learned->weight.begin(), learned->weight.end(), 0.0);

@@ -45,9 +45,11 @@ std::string_view run_of_part(std::string_view name) {
 
 bool shown_by_other_parts(const std::vector<std::string>& names, const std::vector<SixPositionEstimate>& estimates,
                           std::size_t part, Sensor sensor) {
+  const std::string_view run = run_of_part(names[part]);
+  if (std::ranges::find(names, run) == names.end()) return false;
   const auto any_other = [&](const IsThere& is_there) {
     for (std::size_t i = 0; i < estimates.size(); ++i) {
-      if (i == part || run_of_part(names[i]) != run_of_part(names[part])) continue;
+      if (i == part || run_of_part(names[i]) != run) continue;
       if (is_there(estimates[i].sensor[index_of(sensor)])) return true;
     }
     return false;

@@ -17,7 +17,8 @@ namespace soak::calib {
 
 /// Whether other parts of a run show all of a sensor that the positions of one part do not: its scale error at the same
 /// temperatures (within 1 K), its couplings, its even-order term. `names`: of the runs of all estimates; `part`: which
-/// of them. Never of a run in one part.
+/// of them. Never of a run in one part, nor where no estimate is of the part that bears the run's own name: "day.1" and
+/// "day.2" are two runs unless there is a "day".
 [[nodiscard]] bool shown_by_other_parts(const std::vector<std::string>& names,
                                         const std::vector<SixPositionEstimate>& estimates, std::size_t part,
                                         Sensor sensor);

@@ -63,15 +63,7 @@ double off_level(const Observations& observations, const Observation& row, doubl
 
 LevelSpline::LevelSpline(std::vector<double> knots) : knots_(std::move(knots)), second_(second_derivatives(knots_)) {}
 
-Eigen::RowVectorXd LevelSpline::weights(double x) const {
-  if (knots_.size() == 1) return Eigen::RowVectorXd::Ones(1);
-  const auto [k, inside, h, a, b] = place_of(knots_, x);
-  Eigen::RowVectorXd result = h * h / 6.0 * ((a * a * a - a) * second_.row(k) + (b * b * b - b) * second_.row(k + 1));
-  result(k) += a;
-  result(k + 1) += b;
-  if (inside != x) result += (x - inside) * slope_weights(inside);
-  return result;
-}
+Eigen::RowVectorXd LevelSpline::weights(double x) const { return weights(std::vector{x}); }
 
 /// Knot by knot, so that the columns of the result are written from end to end.
 Eigen::MatrixXd LevelSpline::weights(const std::vector<double>& x) const {

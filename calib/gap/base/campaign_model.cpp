@@ -13,6 +13,9 @@ namespace soak::calib::gap {
 namespace {
 
 constexpr int kPasses = 3;
+// Where the noise is known, the last pass takes the rows of the one before, which must have been whitened by that
+// noise: the first pass has not.
+static_assert(kPasses >= 3);
 constexpr double kNoSlope = 1e12;  ///< prior that keeps a slope at that of the spline
 constexpr double kSlow_s = 7200.0;
 
