@@ -4,11 +4,6 @@
 import { dayText } from "./format.mjs";
 import { U, verdictOf } from "./unit_words.mjs";
 
-const REFERENCE = "(\\w+) '(.*?)' \\(certificate (.*?)\\)";
-const DAY = "(\\d{4}-\\d\\d-\\d\\d)";
-const ENDED = `on ${DAY} by (.*?): (.*)`;
-const REMEDY = "(fit again|verify it against newer runs)";
-
 const reference = (kind, name, certificate) => U.obstacles.reference(U.obstacles.kinds[kind] ?? kind, name, certificate);
 const day = (text) => dayText(new Date(`${text}T00:00`));
 
@@ -34,12 +29,12 @@ const KNOWN = [
   [/^it was measured, and runs of campaign '(.*)' are SIMULATED: /, ([campaign]) => U.obstacles.checkSimulated(campaign)],
   [/^it is withdrawn: fit again$/, () => U.obstacles.withdrawn],
   [/^withdrawn, whole or in part, after the model was fitted to it: (.*): fit again$/, ([runs]) => U.obstacles.voided(runs)],
-  [new RegExp(`^${REFERENCE} was due on ${DAY}: `), ([kind, name, certificate, due]) => U.obstacles.due(reference(kind, name, certificate), day(due))],
-  [new RegExp(`^the entry of ${REFERENCE} was withdrawn ${ENDED}; (its values still apply here; |no entry corrects it, ).*: ${REMEDY}$`), ([kind, name, certificate, on, user, reason, correction, remedy]) =>
+  [/^(\w+) '(.*?)' \(certificate (.*?)\) was due on ([\d-]{10}): /, ([kind, name, certificate, due]) => U.obstacles.due(reference(kind, name, certificate), day(due))],
+  [/^the entry of (\w+) '(.*?)' \(certificate (.*?)\) was withdrawn on ([\d-]{10}) by (.*?): (.*); (its values still apply here; |no entry corrects it, ).*: (fit again|verify it against newer runs)$/, ([kind, name, certificate, on, user, reason, correction, remedy]) =>
     U.obstacles.entryWithdrawn(reference(kind, name, certificate), day(on), user, reason, correction.startsWith("its"), U.obstacles.remedies[remedy])],
-  [new RegExp(`^${REFERENCE}, which was used for this measurement, was retired ${ENDED}: ${REMEDY}$`), ([kind, name, certificate, on, user, reason, remedy]) =>
+  [/^(\w+) '(.*?)' \(certificate (.*?)\), which was used for this measurement, was retired on ([\d-]{10}) by (.*?): (.*): (fit again|verify it against newer runs)$/, ([kind, name, certificate, on, user, reason, remedy]) =>
     U.obstacles.retired(reference(kind, name, certificate), day(on), user, reason, U.obstacles.remedies[remedy])],
-  [new RegExp(`^${REFERENCE}, which was used for this measurement, expired on ${DAY} and .*: ${REMEDY}$`), ([kind, name, certificate, on, remedy]) =>
+  [/^(\w+) '(.*?)' \(certificate (.*?)\), which was used for this measurement, expired on ([\d-]{10}) and .*: (fit again|verify it against newer runs)$/, ([kind, name, certificate, on, remedy]) =>
     U.obstacles.expired(reference(kind, name, certificate), day(on), U.obstacles.remedies[remedy])],
 ];
 

@@ -26,7 +26,7 @@ function words({ answer, serial, product, firmware, power_output, trouble }, ent
       return { level: "bad", parts: [T.found.anonymous, ...(trouble === null ? [] : [" ", english(trouble)])] };
     case "silent":
       // The campaign switches it on, and asks then whether it is that one.
-      if (entered && power_output !== null) return { level: "", parts: [] };
+      if (entered && power_output !== null) return { level: "", parts: [T.found.output(power_output)] };
       return { level: "reason", parts: [T.found.silent, power_output === null ? "" : T.found.output(power_output)] };
     default:
       return { level: "bad", parts: [`${T.found.failed} `, english(trouble)] };

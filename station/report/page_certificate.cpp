@@ -61,7 +61,7 @@ html::Cell sensor_verdict_cell(const json& sensor) {
 
 std::string verdict_table(const json& sensors) {
   html::Table table("Verdict, sensor by sensor",
-                    {"sensor", "verdict on its bias", "verdict on bias and scale", "worst fresh error of bias",
+                    {"sensor", "bias verdict", "verdict with scale", "worst fresh error of bias",
                      "limit of bias", "95 % of fresh power-ons", "range, °C"},
                     html::Narrow::stacks);
   for (const std::string_view name : calib::kSensorNames) {

@@ -103,7 +103,7 @@ class Week(LabTest):
 
     def enter_reference(self):
         self.click("#to-records")
-        self.see("#references-none", "register is empty")
+        self.see("#references-none", "No certificate is entered.")
         self.click("#records-view .entry summary")
         self.choose("#reference-kind", "fixture_squareness")
         for name, text in (("name", "tumbling fixture"), ("certificate", "F-12"), ("uncertainty", "0.02")):

@@ -279,7 +279,7 @@ TEST(ReportPageTest, KeepsTheVerdictOnTheBiasApartFromThatOfTheSensor) {
   gyro["scale_limit_ppm"] = 100.0;
   gyro["verification"] = {{"verdict", "fail"}, {"bias", bias}, {"scale", nullptr}};
   EXPECT_TRUE(
-      base::mentions_in_order(report_page(with), {"data-heading=\"verdict on its bias\">pass</td><td class=\"fail\" "
+      base::mentions_in_order(report_page(with), {"data-heading=\"bias verdict\">pass</td><td class=\"fail\" "
                                                   "data-heading=\"verdict on bias and scale\">fail</td>"}));
 }
 

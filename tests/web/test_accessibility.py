@@ -67,7 +67,7 @@ VIEWS = {"station": (("station", "#stored-campaigns", "verification"),),
          "units": (("units", "#units-list", SERIAL),),
          "unit": (("unit={unit}", "#gap-verdict", " "),),
          "fleet": (("fleet&type=generic", "#fleet-units", SERIAL),),
-         "events": (("events", "#events-view table", "job_ended"),),
+         "events": (("events", "#events-view table", "job ended"),),
          "records": (("records", "#types", "mti-300"),),
          "help": (("help=operations", "#help-page article h3", "Operating a station"), ("help=gap-workflow", "#help-page article h3", "gap"))}
 WIDTHS = (1280, 390)

@@ -331,7 +331,7 @@ class OnThePage(WithLaboratory):
         self.browser.click("#to-station")
         self.browser.wait_for_text("#stored-units", "SN0055")
         self.browser.run("document.querySelector('#log-empty a').click()")
-        self.browser.wait_for_text("#audit", "unit_added")
+        self.browser.wait_for_text("#audit", "unit added")
 
     def open_records(self):
         self.browser.go("about:blank")
