@@ -61,8 +61,8 @@ html::Cell sensor_verdict_cell(const json& sensor) {
 
 std::string verdict_table(const json& sensors) {
   html::Table table("Verdict, sensor by sensor",
-                    {"sensor", "bias verdict", "verdict with scale", "worst fresh error of bias",
-                     "limit of bias", "95 % of fresh power-ons", "range, °C"},
+                    {"sensor", "bias verdict", "verdict with scale", "worst fresh error of bias", "limit of bias",
+                     "95 % of fresh power-ons", "range, °C"},
                     html::Narrow::stacks);
   for (const std::string_view name : calib::kSensorNames) {
     const json& sensor = member(sensors, name);
