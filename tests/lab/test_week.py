@@ -190,7 +190,7 @@ class Week(LabTest):
         self.assertGreater(max(closed), 0.3, closed)
         self.click("#unit-fit")
         self.see("#unit-jobs", f"Fit: unit {LAGGING}, all runs for calibration; made model 3")
-        self.see("#gap-terms", "sensor_lag")
+        self.see("#gap-terms", "sensor lag")
 
     def fit_meanwhile(self):
         """Stays at the unit, whose page says by itself when the campaign that it is verified against is there."""
