@@ -120,7 +120,7 @@ class Words(SoakTest):
         self.assert_holds(following, "soak gap withdraw --unit SN1 --effect g_sensitivity")
 
     def test_of_a_name_with_a_rival_they_hold_the_rival_and_the_run_that_decides(self):
-        self.campaign(507, "earth_rate", magnitude=0.6)
+        self.campaign(511, "thermal_hysteresis", magnitude=0.3)
         document, lines = self.found()
         what, sure, following = self.first_three(lines)
         effect = document["effects"][0]
