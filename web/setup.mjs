@@ -151,9 +151,10 @@ class SetupPage {
     $("write").disabled = !good;
   }
 
-  /** The controllers that are relied on without a good try. */
+  /** The controllers that are relied on without a good try; one that is not entered rightly has nothing to be tried yet. */
   #listNotSound() {
-    const notSound = this.#form.controllers.filter((section) => this.#tries[section] !== "good");
+    const wrong = new Set(this.#form.faults().map(({ step }) => step));
+    const notSound = this.#form.controllers.filter((section) => this.#tries[section] !== "good" && !wrong.has(section));
     $("not-sound").replaceChildren(...notSound.map((section) => element("li", S.try[this.#tries[section] === null ? "never" : "failed"](S.steps[section]))));
     show($("not-sound"), notSound.length > 0);
   }

@@ -12,6 +12,7 @@
 
 #include "base/text.h"
 #include "calib/judge/warning_list.h"
+#include "station/fit/fit_unit.h"
 #include "station/http/members.h"
 #include "station/io/host.h"
 #include "station/io/text.h"
@@ -121,9 +122,14 @@ json release_of_listed(const db::Catalog& catalog, const json& unit) {
   return *std::move(release);
 }
 
-/// Whether a search for what the newest model lacks is kept, or the model carries what one has found: that is known.
-bool gap_is_searched(const JobRunner& jobs, const json& unit) {
-  if (unit["gap_searched"] == true) return true;
+/// Whether the newest model carries effects: what it lacks was searched for then.
+bool carries_effects(const db::Catalog& catalog, const json& unit) {
+  const auto terms = accepted_terms(catalog, unit["unit"], unit["epoch"]);
+  return terms && !terms->empty();
+}
+
+/// Whether a search for what the newest model lacks is kept.
+bool search_is_kept(const JobRunner& jobs, const json& unit) {
   const json search = jobs.newest(unit["unit"], "gap_find");
   return search.is_object() && is_of_model(search, unit["model"]);
 }
@@ -133,13 +139,19 @@ Result<json> answer_units(RunArchive& runs, const JobRunner& jobs, const Paramet
   return runs.in_turn([&](const db::Catalog& catalog) -> Result<json> {
     auto list = units_overview(catalog);
     if (!list) return list;
+    if (auto renewed = runs.worked_out().renew(catalog, iso_date(now_utc_s())); !renewed) {
+      return base::forward_error(renewed);
+    }
     const auto newest = jobs.newest_verdicts();
     for (json& unit : (*list)["units"]) {
       auto verdict = verdict_of(catalog, newest, unit);
       if (!verdict) return verdict;
       unit["verdict"] = *std::move(verdict);
-      unit["release"] = release_of_listed(catalog, unit);
-      unit["gap_searched"] = gap_is_searched(jobs, unit);
+      const json& judged = runs.worked_out().of(unit["unit"], [&] {
+        return json{{"release", release_of_listed(catalog, unit)}, {"carries", carries_effects(catalog, unit)}};
+      });
+      unit["release"] = judged["release"];
+      unit["gap_searched"] = judged["carries"] == true || search_is_kept(jobs, unit);
     }
     return list;
   });

@@ -82,8 +82,6 @@ base::Result<json> campaign_part(const db::Catalog& catalog, const std::string& 
 }
 
 base::Result<json> campaigns_part(const db::Catalog& catalog, const std::vector<db::RunRow>& runs) {
-  const auto names = catalog.campaigns();
-  if (!names) return base::forward_error(names);
   std::map<std::string, CampaignRuns> of_campaign;
   for (const db::RunRow& run : runs) {
     CampaignRuns& those = of_campaign[run.campaign];

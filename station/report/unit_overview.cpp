@@ -240,7 +240,6 @@ base::Result<json> units_overview(const db::Catalog& catalog) {
     json entry = {
         {"unit", unit.serial}, {"type", unit.type}, {"epoch", unit.epoch}, {"model", nullptr}, {"trouble", nullptr}};
     entry.update(run_counts(of_unit[unit.serial], unit));
-    entry["gap_searched"] = false;
     const auto model = catalog.model(unit.serial);
     // One that is damaged must not keep the others from being seen.
     if (!model)
@@ -248,8 +247,6 @@ base::Result<json> units_overview(const db::Catalog& catalog) {
     else if (*model) {
       entry["model"] = model_head(**model);
       entry["model"]["state"] = states[unit.serial];
-      const auto terms = calib::model_terms_of((*model)->document);
-      entry["gap_searched"] = terms && !terms->empty();
       if ((*model)->epoch == unit.epoch) with_model[unit.serial] = unit.epoch;
     }
     list.push_back(std::move(entry));

@@ -13,8 +13,7 @@
 namespace soak::station {
 
 /// All units with the number of their runs and their newest model, those recorded last first; the campaigns that can
-/// judge them (docs/schema/http-units.schema.json, but for what jobs know: of `gap_searched` only whether the model
-/// carries effects).
+/// judge them (docs/schema/http-units.schema.json, but for what the release rule and the jobs say).
 [[nodiscard]] base::Result<nlohmann::json> units_overview(const db::Catalog& catalog);
 
 /// A unit with what is stored of its newest model, read and not calculated but for `impact`: curves, errors, warnings

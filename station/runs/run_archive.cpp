@@ -86,6 +86,22 @@ base::Result<db::RunRow> sealed_row(const db::Catalog& catalog, const RunName& n
 
 }  // namespace
 
+base::Status WorkedOut::renew(const db::Catalog& catalog, std::string_view day) {
+  const auto newest = catalog.find_events({.most = 1});
+  if (!newest) return base::forward_error(newest);
+  const std::int64_t number = newest->empty() ? 0 : newest->front().number;
+  if (number == newest_event_ && day == day_) return {};
+  newest_event_ = number;
+  day_ = day;
+  of_unit_.clear();
+  return {};
+}
+
+const json& WorkedOut::of(const std::string& unit, const std::function<json()>& work) {
+  const auto known = of_unit_.find(unit);
+  return known != of_unit_.end() ? known->second : of_unit_.emplace(unit, work()).first->second;
+}
+
 RunArchive::RunArchive(std::filesystem::path data_folder) : data_folder_(std::move(data_folder)) {}
 
 base::Result<std::unique_lock<std::timed_mutex>> RunArchive::Turn::take() {

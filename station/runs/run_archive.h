@@ -3,12 +3,15 @@
 
 #include <atomic>
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <mutex>
-#include <nlohmann/json_fwd.hpp>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "base/result.h"
@@ -33,6 +36,21 @@ struct SeriesRequest {
   std::optional<double> from_s;       ///< absent = from the first row on
   std::optional<double> to_s;         ///< absent = to the last row
   std::size_t points = 1000;          ///< that a drawing has room for
+};
+
+/// What takes too long to be worked out of a catalog for each of a thousand units at every look at their list. It holds
+/// until an event is entered, which everything that bears on it is, or another day begins, when certificates expire.
+class WorkedOut {
+ public:
+  /// Forgets all of it where it does not hold any more. Fails where the event log cannot be read.
+  [[nodiscard]] base::Status renew(const db::Catalog& catalog, std::string_view day);
+  /// What `work` makes of a unit: asked once.
+  [[nodiscard]] const nlohmann::json& of(const std::string& unit, const std::function<nlohmann::json()>& work);
+
+ private:
+  std::int64_t newest_event_ = 0;
+  std::string day_;
+  std::map<std::string, nlohmann::json> of_unit_;
 };
 
 /// The stored runs of a data folder for whoever looks at them beside the engine: over connections to the catalog of its
@@ -64,6 +82,8 @@ class RunArchive {
   /// Any other question to the catalog, in the same turn.
   [[nodiscard]] base::Result<nlohmann::json> in_turn(
       const std::function<base::Result<nlohmann::json>(db::Catalog&)>& work);
+  /// Of the units in a list; only for what in_turn() does.
+  [[nodiscard]] WorkedOut& worked_out() { return worked_out_; }
   /// What takes long with what a question has found: one at a time, refused like questions, but none of these waits.
   [[nodiscard]] base::Result<nlohmann::json> compute(const std::function<base::Result<nlohmann::json>()>& work);
 
@@ -82,6 +102,7 @@ class RunArchive {
   std::filesystem::path data_folder_;
   Turn questions_;
   Turn computations_;
+  WorkedOut worked_out_;
 };
 
 }  // namespace soak::station

@@ -169,5 +169,20 @@ TEST(ArchiveOfNoFolder, RefusesEverything) {
   EXPECT_TRUE(base::is_bad_input(archive.list({})));
 }
 
+TEST_F(Archive, WhatIsWorkedOutOfAUnitHoldsUntilAnEventIsEnteredOrADayBegins) {
+  WorkedOut worked_out;
+  int times = 0;
+  const auto look = [&](std::string_view day) {
+    EXPECT_TRUE(worked_out.renew(catalog_, day));
+    return worked_out.of("SN1", [&] { return json(++times); });
+  };
+  EXPECT_EQ(look("2026-11-28"), 1);
+  EXPECT_EQ(look("2026-11-28"), 1);
+  ASSERT_TRUE(catalog_.add_void({kStoredRunId, "SN1", 1, "", 0, "moved", "ann", 1700000200.0}));
+  EXPECT_EQ(look("2026-11-28"), 2);
+  EXPECT_EQ(look("2026-11-29"), 3);
+  EXPECT_EQ(worked_out.of("SN2", [] { return json("another unit"); }), "another unit");
+}
+
 }  // namespace
 }  // namespace soak::station
