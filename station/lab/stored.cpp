@@ -82,6 +82,8 @@ base::Result<json> campaign_part(const db::Catalog& catalog, const std::string& 
 }
 
 base::Result<json> campaigns_part(const db::Catalog& catalog, const std::vector<db::RunRow>& runs) {
+  const auto names = catalog.campaigns();
+  if (!names) return base::forward_error(names);
   std::map<std::string, CampaignRuns> of_campaign;
   for (const db::RunRow& run : runs) {
     CampaignRuns& those = of_campaign[run.campaign];
@@ -113,8 +115,6 @@ base::Result<json> stored_document(const StationConfig& config, const db::Catalo
   if (!runs) return base::forward_error(runs);
   auto campaigns = campaigns_part(catalog, *runs);
   if (!campaigns) return campaigns;
-  const auto names = catalog.campaigns();
-  if (!names) return base::forward_error(names);
   const auto newest = newest_units(catalog);
   if (!newest) return base::forward_error(newest);
   return json{{"slots", slots_part(config, *newest)},

@@ -87,7 +87,9 @@ base::Result<db::RunRow> sealed_row(const db::Catalog& catalog, const RunName& n
 }  // namespace
 
 base::Status WorkedOut::renew(const db::Catalog& catalog, std::string_view day) {
-  const auto newest = catalog.find_events({.most = 1});
+  db::EventFilter only_the_newest;
+  only_the_newest.most = 1;
+  const auto newest = catalog.find_events(only_the_newest);
   if (!newest) return base::forward_error(newest);
   const std::int64_t number = newest->empty() ? 0 : newest->front().number;
   if (number == newest_event_ && day == day_) return {};
