@@ -103,10 +103,15 @@ Result<json> release_part(const db::Catalog& catalog, const json& unit) {
               {"expires", release->expires_utc_s ? json(iso_date(*release->expires_utc_s)) : json()}};
 }
 
-/// The verdict that holds for a unit; null where there is none. `newest`: the newest verification of each unit.
-Result<json> verdict_of(const db::Catalog& catalog, const std::map<std::string, json>& newest, const json& unit) {
+/// The newest verification of a unit; null where there is none. `newest`: those of all units.
+json newest_of(const std::map<std::string, json>& newest, const json& unit) {
   const auto own = newest.find(unit["unit"].get<std::string>());
-  auto part = kept_part(catalog, own == newest.end() ? json() : own->second, unit);
+  return own == newest.end() ? json() : own->second;
+}
+
+/// The verdict that holds for a unit, of its newest verification; null where there is none.
+Result<json> verdict_of(const db::Catalog& catalog, const json& job, const json& unit) {
+  auto part = kept_part(catalog, job, unit);
   if (!part) return part;
   const bool holds = part->is_object() && (*part)["stale"].is_null();
   return holds ? (*part)["job"]["result"].value("verdict", json()) : json();
@@ -134,24 +139,29 @@ bool search_is_kept(const JobRunner& jobs, const json& unit) {
   return search.is_object() && is_of_model(search, unit["model"]);
 }
 
+/// What reads the newest model of a unit: its verdict and what the release rule says, and whether it carries effects.
+Result<json> read_of_listed(const db::Catalog& catalog, const json& job, const json& unit) {
+  auto verdict = verdict_of(catalog, job, unit);
+  if (!verdict) return verdict;
+  return json{{"verdict", *std::move(verdict)},
+              {"release", release_of_listed(catalog, unit)},
+              {"gap_searched", carries_effects(catalog, unit)}};
+}
+
 Result<json> answer_units(RunArchive& runs, const JobRunner& jobs, const Parameters& parameters) {
   if (auto known = only_parameters(parameters, {}); !known) return base::forward_error(known);
   return runs.in_turn([&](const db::Catalog& catalog) -> Result<json> {
-    auto list = units_overview(catalog);
+    WorkedOut& known = runs.worked_out();
+    if (auto renewed = known.renew(catalog, iso_date(now_utc_s())); !renewed) return base::forward_error(renewed);
+    auto list = known.of_all([&] { return units_overview(catalog); });
     if (!list) return list;
-    if (auto renewed = runs.worked_out().renew(catalog, iso_date(now_utc_s())); !renewed) {
-      return base::forward_error(renewed);
-    }
     const auto newest = jobs.newest_verdicts();
     for (json& unit : (*list)["units"]) {
-      auto verdict = verdict_of(catalog, newest, unit);
-      if (!verdict) return verdict;
-      unit["verdict"] = *std::move(verdict);
-      const json& judged = runs.worked_out().of(unit["unit"], [&] {
-        return json{{"release", release_of_listed(catalog, unit)}, {"carries", carries_effects(catalog, unit)}};
-      });
-      unit["release"] = judged["release"];
-      unit["gap_searched"] = judged["carries"] == true || search_is_kept(jobs, unit);
+      const json job = newest_of(newest, unit);
+      const auto read = known.of(unit["unit"], job, [&] { return read_of_listed(catalog, job, unit); });
+      if (!read) return read;
+      unit.update(*read);
+      if (unit["gap_searched"] == false) unit["gap_searched"] = search_is_kept(jobs, unit);
     }
     return list;
   });
@@ -233,7 +243,8 @@ Result<json> answer_fleet(RunArchive& runs, const JobRunner& jobs, const Paramet
   const auto newest = jobs.newest_verdicts();
   return fleet_overview(
       {.in_turn = [&](const FleetSources::Work& work) { return runs.in_turn(work); },
-       .verdict = [&](const db::Catalog& catalog, const json& unit) { return verdict_of(catalog, newest, unit); }},
+       .verdict = [&](const db::Catalog& catalog,
+                      const json& unit) { return verdict_of(catalog, newest_of(newest, unit), unit); }},
       *type);
 }
 

@@ -95,13 +95,27 @@ base::Status WorkedOut::renew(const db::Catalog& catalog, std::string_view day) 
   if (number == newest_event_ && day == day_) return {};
   newest_event_ = number;
   day_ = day;
+  of_all_ = nullptr;
   of_unit_.clear();
   return {};
 }
 
-const json& WorkedOut::of(const std::string& unit, const std::function<json()>& work) {
+base::Result<json> WorkedOut::of_all(const Work& work) {
+  if (of_all_.is_null()) {
+    auto found = work();
+    if (!found) return found;
+    of_all_ = *std::move(found);
+  }
+  return of_all_;
+}
+
+base::Result<json> WorkedOut::of(const std::string& unit, const json& job, const Work& work) {
   const auto known = of_unit_.find(unit);
-  return known != of_unit_.end() ? known->second : of_unit_.emplace(unit, work()).first->second;
+  if (known != of_unit_.end() && known->second.job == job) return known->second.found;
+  auto found = work();
+  if (!found) return found;
+  of_unit_.insert_or_assign(unit, OfUnit{job, *found});
+  return found;
 }
 
 RunArchive::RunArchive(std::filesystem::path data_folder) : data_folder_(std::move(data_folder)) {}

@@ -38,19 +38,30 @@ struct SeriesRequest {
   std::size_t points = 1000;          ///< that a drawing has room for
 };
 
-/// What takes too long to be worked out of a catalog for each of a thousand units at every look at their list. It holds
-/// until an event is entered, which everything that bears on it is, or another day begins, when certificates expire.
+/// What takes too long to be worked out of a catalog for each of a thousand units at every look at their list: each
+/// model is read for it. It holds until an event is entered, which everything that bears on it is, or another day
+/// begins, when certificates expire.
 class WorkedOut {
  public:
+  using Work = std::function<base::Result<nlohmann::json>()>;
+
   /// Forgets all of it where it does not hold any more. Fails where the event log cannot be read.
   [[nodiscard]] base::Status renew(const db::Catalog& catalog, std::string_view day);
-  /// What `work` makes of a unit: asked once.
-  [[nodiscard]] const nlohmann::json& of(const std::string& unit, const std::function<nlohmann::json()>& work);
+  /// What `work` makes of all units: asked once. An error is not kept.
+  [[nodiscard]] base::Result<nlohmann::json> of_all(const Work& work);
+  /// What `work` makes of a unit and of the newest verification of it, a job or null: asked once for each of the two.
+  [[nodiscard]] base::Result<nlohmann::json> of(const std::string& unit, const nlohmann::json& job, const Work& work);
 
  private:
+  struct OfUnit {
+    nlohmann::json job;
+    nlohmann::json found;
+  };
+
   std::int64_t newest_event_ = 0;
   std::string day_;
-  std::map<std::string, nlohmann::json> of_unit_;
+  nlohmann::json of_all_;  ///< null: not asked yet
+  std::map<std::string, OfUnit> of_unit_;
 };
 
 /// The stored runs of a data folder for whoever looks at them beside the engine: over connections to the catalog of its

@@ -169,19 +169,33 @@ TEST(ArchiveOfNoFolder, RefusesEverything) {
   EXPECT_TRUE(base::is_bad_input(archive.list({})));
 }
 
-TEST_F(Archive, WhatIsWorkedOutOfAUnitHoldsUntilAnEventIsEnteredOrADayBegins) {
+TEST_F(Archive, WhatIsWorkedOutOfUnitsHoldsUntilAnEventIsEnteredOrADayBegins) {
   WorkedOut worked_out;
   int times = 0;
+  const auto again = [&] { return base::Result<json>(++times); };
   const auto look = [&](std::string_view day) {
     EXPECT_TRUE(worked_out.renew(catalog_, day));
-    return worked_out.of("SN1", [&] { return json(++times); });
+    const json all = *worked_out.of_all(again);
+    return std::pair(all, *worked_out.of("SN1", nullptr, again));
   };
-  EXPECT_EQ(look("2026-11-28"), 1);
-  EXPECT_EQ(look("2026-11-28"), 1);
+  EXPECT_EQ(look("2026-11-28"), std::pair(json(1), json(2)));
+  EXPECT_EQ(look("2026-11-28"), std::pair(json(1), json(2)));
   ASSERT_TRUE(catalog_.add_void({kStoredRunId, "SN1", 1, "", 0, "moved", "ann", 1700000200.0}));
-  EXPECT_EQ(look("2026-11-28"), 2);
-  EXPECT_EQ(look("2026-11-29"), 3);
-  EXPECT_EQ(worked_out.of("SN2", [] { return json("another unit"); }), "another unit");
+  EXPECT_EQ(look("2026-11-28"), std::pair(json(3), json(4)));
+  EXPECT_EQ(look("2026-11-29"), std::pair(json(5), json(6)));
+  EXPECT_EQ(*worked_out.of("SN2", nullptr, [] { return base::Result<json>("another unit"); }), "another unit");
+}
+
+TEST_F(Archive, WhatIsWorkedOutOfAUnitIsAskedAgainWithAnotherVerificationAndAfterAnError) {
+  WorkedOut worked_out;
+  ASSERT_TRUE(worked_out.renew(catalog_, "2026-11-28"));
+  const auto says = [&](const json& job, base::Result<json> found) {
+    return worked_out.of("SN1", job, [&] { return found; });
+  };
+  EXPECT_FALSE(says({{"id", 1}}, base::bad_input("damaged", "model")));
+  EXPECT_EQ(*says({{"id", 1}}, json("failed")), "failed");
+  EXPECT_EQ(*says({{"id", 1}}, json("not asked")), "failed");
+  EXPECT_EQ(*says({{"id", 2}}, json("passed")), "passed");
 }
 
 }  // namespace
