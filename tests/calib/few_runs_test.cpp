@@ -213,7 +213,10 @@ TEST(FewRuns, TwoRunsGetNearlyTheBestFamilyAndABandThatHolds) {
   SOAK_LONG_TEST();
   check_runs(2);
 }
-TEST(FewRuns, ThreeRunsGetNearlyTheBestFamilyAndABandThatHolds) { check_runs(3); }
+TEST(FewRuns, ThreeRunsGetNearlyTheBestFamilyAndABandThatHolds) {
+  SOAK_LONG_TEST();
+  check_runs(3);
+}
 
 }  // namespace
 }  // namespace soak::calib

@@ -38,13 +38,14 @@ def digest(tables):
 class Archive(SoakTest):
     @classmethod
     def setUpClass(cls):
-        """Two stations: SN1 was recorded at both, SN2 and SN3 at one of them."""
+        """Two stations: SN1 was recorded at both, SN2 and SN3 at one of them; a third one has a unit of its own."""
         cls.store = pathlib.Path(tempfile.mkdtemp(prefix="soak-archive-test-"))
         cls.addClassCleanup(shutil.rmtree, cls.store, ignore_errors=True)
         for n, (station, serial, run) in enumerate((("a", "SN1", "R1"), ("a", "SN2", "R1"), ("b", "SN1", "R2"), ("b", "SN3", "R2"))):
             csv = cls.store / f"{serial}-{run}.csv"
             csv.write_text(recording(n, run, PLATEAUS, seconds=35), encoding="utf-8")
             cls.import_csv(cls.store / station, csv, serial, station)
+        cls.import_csv(cls.store / "third", cls.store / "SN2-R1.csv", "OWN", "own")
 
     @staticmethod
     def import_csv(data, csv, serial, campaign):
@@ -54,10 +55,8 @@ class Archive(SoakTest):
     def setUp(self):
         super().setUp()
         self.archive = self.folder / "archive"
-        self.a, self.b = (pathlib.Path(shutil.copytree(self.store / name, self.folder / name)) for name in "ab")
-        self.third = self.folder / "third"
+        self.a, self.b, self.third = (pathlib.Path(shutil.copytree(self.store / name, self.folder / name)) for name in ("a", "b", "third"))
         self.data = self.third
-        self.soak("import", self.store / "SN2-R1.csv", "--unit", "OWN", "--campaign", "own", "--gravity-mps2", "9.80665")
 
     def archive_of(self, data, what, place=None, status=0, **options):
         self.data = data

@@ -6,6 +6,7 @@ import shutil
 import signal
 import sqlite3
 import subprocess
+import tempfile
 import threading
 import unittest
 
@@ -21,10 +22,18 @@ def sweep(seed, run):
 
 
 class DropSamples(SoakTest):
+    stored = None  # what each test begins with
+
     def setUp(self):
         super().setUp()
+        if self.stored:
+            shutil.copytree(self.stored, self.folder, dirs_exist_ok=True)
+            return
         for number in (1, 2, 3):
             self.imported(f"{number}.csv", sweep(number, f"r{number}"), "--campaign", "c", "--gravity-mps2", "9.80665")
+        type(self).stored = tempfile.mkdtemp(prefix="soak-test-")
+        self.addClassCleanup(shutil.rmtree, self.stored, ignore_errors=True)
+        shutil.copytree(self.folder, self.stored, dirs_exist_ok=True)
 
     def files(self):
         return sorted(path.name for path in (self.data / "runs").iterdir())

@@ -160,17 +160,16 @@ class Frame(SoakTest):
             self.assertIn("Subcommands:", done.stdout)
 
     def subcommands(self, *group):
-        """All commands below `group`, as the help lists them."""
-        found, listed = [], self.run_bare(*group, "--help").stdout.partition("Subcommands:\n")[2].partition("\n\n")[0]
-        for name in [line.split()[0] for line in listed.splitlines() if line.startswith("  ") and line[2] != " "]:
-            found += self.subcommands(*group, name) or [(*group, name)]
-        return found
+        """All commands below `group`, as the help lists them, each with its own; `group` itself where none is below it."""
+        text = self.run_bare(*group, "--help").stdout
+        listed = text.partition("Subcommands:\n")[2].partition("\n\n")[0]
+        names = [line.split()[0] for line in listed.splitlines() if line.startswith("  ") and line[2] != " "]
+        return [found for name in names for found in self.subcommands(*group, name)] or [(group, text)]
 
     def test_every_command_has_an_example_of_its_own(self):
         commands = self.subcommands()
         self.assertGreater(len(commands), 40)
-        for command in commands:
-            text = self.run_bare(*command, "--help").stdout
+        for command, text in commands:
             self.assertIn("Example:\n  soak " + " ".join(command), text)
             self.assertIn("--data DIR", text)
 

@@ -96,6 +96,7 @@ TEST(FineTemperature, AConstantErrorOfTheAirDropsOut) {
 }
 
 TEST(FineTemperature, LetsAHysteresisBeNamed) {
+  SOAK_LONG_TEST();
   const Plan plan;
   const LoggedCampaign coarse = made_up::in_whole_degrees(made_up::campaign(plan, made_up::hysteresis(plan)));
   EXPECT_TRUE(is_not_testable(find_gap(coarse, 1), "thermal_hysteresis"));

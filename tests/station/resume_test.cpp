@@ -184,6 +184,7 @@ TEST(WayBack, RepeatsTheVisitBeforeTheBreakAndNothingBeforeThat) {
 
 /// Of a plateau that is given up (on_timeout = "skip") the journal has no step behind the waiting.
 TEST(WayBack, DoesNotGoBackToAPlateauThatWasSkipped) {
+  SOAK_LONG_TEST();
   for (const Plan& plan : all_plans()) {
     const PlannedRun& run = plan.runs.back();
     std::set<std::size_t> skipped;

@@ -164,6 +164,7 @@ TEST_F(ChamberThatCannotBeSwitchedOff, IsToldUntilItGoesOffAndOneAlarmSaysSo) {
 }
 
 TEST_F(ChamberThatCannotBeSwitchedOff, IsNotHopelessBeforeTwoHoursAndAMinute) {
+  SOAK_LONG_TEST();
   chamber_.refuses_stops = true;
   SafeEnd safe_end("tripped", 25.0, true, false);
   expect_alarm(safe_end);
@@ -210,6 +211,7 @@ TEST_F(ChamberThatCannotBeSwitchedOff, DoesNotKeepUnitsOnThatWereToGoOffAtOnce) 
 }
 
 TEST_F(ChamberThatCannotBeSwitchedOff, IsWhatTheLastStepOfACampaignWaitsFor) {
+  SOAK_LONG_TEST();
   chamber_.deaf_stops = 7;
   Step step;
   step.kind = StepKind::warm_end;
