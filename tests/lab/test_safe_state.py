@@ -78,6 +78,7 @@ class SafeState(LabTest):
         if kind in ("power_on", "set_temperature", "wait_stable"):
             self.assertEqual(status["state"], "failed")
 
+    @long_test
     def test_one_unit_of_two_falls_silent_and_the_other_is_calibrated(self):
         self.start_lab(units=2, cut=["unit2"])
         self.start_campaign(short_procedure(runs=2))
