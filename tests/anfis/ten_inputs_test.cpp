@@ -10,6 +10,7 @@
 #include "anfis/select/fuzzy_ols.h"
 #include "anfis/train/learner.h"
 #include "fuzzy_support.h"
+#include "tests/long_tests.h"
 
 namespace soak::anfis {
 namespace {
@@ -44,6 +45,7 @@ TEST(TenInputs, FriedmansFunctionNeedsAtMostTwentyRules) {
 }
 
 TEST(TenInputs, SaturationsOfCorrelatedInputsNeedAtMostTwentyRules) {
+  SOAK_LONG_TEST();
   // The product needs only one of its factors as antecedent: it is linear in the other.
   expect_compact_and_near_the_noise(test::saturations(), {0, 7}, "Saturations");
 }

@@ -9,6 +9,7 @@
 #include "curves.h"
 #include "published_data.h"
 #include "support.h"
+#include "tests/long_tests.h"
 
 namespace soak::anfis {
 namespace {
@@ -44,6 +45,7 @@ Outcome run_campaigns(unsigned seeds, int runs, Shape shape) {
 // plateau) leaves 0.0014 and 0.0018 at three standard errors of 20 and 13 runs. [AH05 §6.4.3] reports 0.005 at the
 // plateaus, against the means that it was fitted to; here the error is that against the truth between them too.
 TEST(ThermalDrift, OfTwentyRunsIsLearnedToATwoHundredthBetweenTemperaturesOnFiftySeeds) {
+  SOAK_LONG_TEST();
   for (const Shape shape : {Shape::gaussian, Shape::bell}) {
     EXPECT_LE(run_campaigns(50, 20, shape).anfis.back(), 0.0025);
   }
@@ -90,6 +92,7 @@ TEST(GyroDrift, OnUnseenRunsComesNearerToTheNoiseFloorThanASplineThroughTheMeans
 // is chosen on the unseen runs and on the truth themselves. One of them comes to 1.024 on the seven runs, by luck: it
 // is 2.6 times as far from the truth as the spline. Indicative, as other systems could be thought of.
 TEST(GyroDrift, NoChoiceMadeByHindsightIsBothNearTheFloorAndNearTheTruth) {
+  SOAK_LONG_TEST();
   TrainingData train = test::gyro_drift(true);
   train.group_variance = 1.0;
   double best = HUGE_VAL;

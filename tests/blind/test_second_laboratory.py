@@ -14,10 +14,11 @@ from pathlib import Path
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).resolve().parent))
+sys.path[:0] = [str(Path(__file__).resolve().parent), str(Path(__file__).resolve().parents[1])]
 import second_laboratory as lab  # noqa: E402
 from blind_campaign import Programs, report_of, temporary_folder  # noqa: E402
 from closed_gap import accepted_and_closed  # noqa: E402
+from long_tests import long_test  # noqa: E402
 
 SMALL = lab.Design(spacing_k=20, dwell_min=12)
 ALLOWED = {"t_s", "run", "phase", "sweep", "plateau_c", "position", "chamber_c", "temp_c", "gx_dps", "gy_dps", "gz_dps",
@@ -104,6 +105,7 @@ class Size(unittest.TestCase):
                 self.assertAlmostEqual(campaign.truth["size_reached"], 0.6, places=3)
                 self.assertAlmostEqual(size_from_labels(campaign), 0.6, places=3)
 
+    @long_test
     def test_every_effect_is_reached_and_its_truth_is_json(self):
         log, unit = lab.campaign_log(5, SMALL), lab.make_unit(5)
         for effect in lab.EFFECTS[1:]:
@@ -256,21 +258,25 @@ class Judged(unittest.TestCase):
         report = self.report(502, "g_sensitivity", 1.2, slow=1.25)
         self.assertEqual([effect["name"] for effect in report["effects"]], ["g_sensitivity"], report["reason"])
 
+    @long_test
     def test_a_thermal_effect_is_named_at_plateaus_25_k_apart(self):
         for effect in ("thermal_hysteresis", "temperature_rate"):
             report = self.report(504, effect, 1.2, spacing_k=25.0, dwell_min=30.0)
             self.assertEqual([found["name"] for found in report["effects"]], [effect], report["reason"])
 
+    @long_test
     def test_jumps_are_no_noise_of_that_kind(self):
         report = self.report(503, "telegraph", 2.4)
         self.assertEqual(report["verdict"], "unknown", report["reason"])
 
+    @long_test
     def test_of_two_twins_the_likelier_is_named_first(self):
         report = self.report(30001, "gradient", 0.6)
         effect = report["effects"][0]
         self.assertEqual((effect["name"], list(effect["odds"])), ("temperature_gradient", ["temperature_rate"]), report["reason"])
         self.assertLess(effect["odds"]["temperature_rate"], 1.0)
 
+    @long_test
     def test_what_cannot_be_told_apart_has_odds(self):
         effect = self.report(502, "g_sensitivity", 1.2)["effects"][0]
         self.assertEqual(sorted(effect["odds"]), sorted(effect["confusable_with"]))

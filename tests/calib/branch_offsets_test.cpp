@@ -11,6 +11,8 @@
 
 #include "calib/curve/curve_fit.h"
 
+#include "tests/long_tests.h"
+
 namespace soak::calib {
 namespace {
 
@@ -50,6 +52,7 @@ CurveData record_cycle(unsigned seed) {
 }
 
 TEST(BranchOffsets, TheMeanCurveDoesNotStepWhereABranchEnds) {
+  SOAK_LONG_TEST();
   for (unsigned seed = 1; seed <= 20; ++seed) {
     const auto fit = fit_curve(record_cycle(seed), {}, {"gyro_x", "deg/s", 1.0});
     ASSERT_TRUE(fit);

@@ -15,6 +15,7 @@
 #include "calib/curve/curve_fit.h"
 #include "calib/curve/families.h"
 #include "tests/calib/few_runs_samples.h"
+#include "tests/long_tests.h"
 
 namespace soak::calib {
 namespace {
@@ -175,6 +176,7 @@ TEST(FewRuns, TwoRunsKnowTheMeanOverPowerOnsAsWellAsTheySay) {
   check_bands_of_lines({.runs = 2, .step_c = 10.0, .both_ways = false, .noise = 0.02, .offset = 0.02});
 }
 TEST(FewRuns, ThreeRunsKnowTheMeanOverPowerOnsAsWellAsTheySay) {
+  SOAK_LONG_TEST();
   check_bands_of_lines({.runs = 3, .step_c = 10.0, .both_ways = true, .noise = 0.02, .offset = 0.02});
 }
 
@@ -207,8 +209,14 @@ TEST(FewRuns, ConstantsOfTwoAndThreeSessionsAreHeldAsOftenAsStated) {
 }
 
 TEST(FewRuns, OneRunGetsNearlyTheBestFamilyAndABandThatHolds) { check_runs(1); }
-TEST(FewRuns, TwoRunsGetNearlyTheBestFamilyAndABandThatHolds) { check_runs(2); }
-TEST(FewRuns, ThreeRunsGetNearlyTheBestFamilyAndABandThatHolds) { check_runs(3); }
+TEST(FewRuns, TwoRunsGetNearlyTheBestFamilyAndABandThatHolds) {
+  SOAK_LONG_TEST();
+  check_runs(2);
+}
+TEST(FewRuns, ThreeRunsGetNearlyTheBestFamilyAndABandThatHolds) {
+  SOAK_LONG_TEST();
+  check_runs(3);
+}
 
 }  // namespace
 }  // namespace soak::calib

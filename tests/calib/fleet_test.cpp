@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "base/random.h"
+#include "tests/long_tests.h"
 
 namespace soak::calib {
 namespace {
@@ -77,6 +78,7 @@ TEST(Fleet, MarksTheUnitThatIsNotLikeTheOthers) {
 // Curves that are level are the worst case: no temperature makes up for another. Twelve of a unit are looked at, and
 // few units tell their spread less well.
 TEST(Fleet, SeldomMarksAUnitThatIsLikeTheOthersInAnyOfItsTwelveCurves) {
+  SOAK_LONG_TEST();
   constexpr int kCurvesOfAUnit = 12;
   base::Random random(7);
   for (const auto& [units, most] : {std::pair(20, 0.012), std::pair(40, 0.004), std::pair(400, 0.001)}) {

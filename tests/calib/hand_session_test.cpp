@@ -17,6 +17,7 @@
 #include "calib/runtime/soak_runtime.h"
 #include "calib/segments/data_gate.h"
 #include "calib/segments/segmentation.h"
+#include "tests/long_tests.h"
 
 namespace soak::calib {
 namespace {
@@ -401,12 +402,14 @@ TEST(BenchCoverage, OfSessionsInManyAttitudes) {
 }
 
 TEST(BenchCoverage, OfSessionsOnFacesAndEdgesWithTurns) {
+  SOAK_LONG_TEST();
   judge_coverage("faces, edges, turns", [](const HandTruth& truth, const HandOptions& options, std::uint64_t seed) {
     return ferraris(truth, options, seed, false);
   });
 }
 
 TEST(BenchCoverage, OfSessionsOnNamedFacesWithTurns) {
+  SOAK_LONG_TEST();
   judge_coverage("named faces, turns", [](const HandTruth& truth, const HandOptions& options, std::uint64_t seed) {
     return ferraris(truth, options, seed, true);
   });

@@ -11,6 +11,7 @@
 #include "calib/deploy/calibration_file.h"
 #include "calib/runtime/soak_runtime.h"
 #include "tests/calib/calibration_file_samples.h"
+#include "tests/long_tests.h"
 
 namespace soak::calib {
 namespace {
@@ -190,6 +191,7 @@ TEST(RuntimeAccuracy, UsualModelsStayWithinAMillionthOfTheirSpan) {
 }
 
 TEST(RuntimeAccuracy, HostileModelsHoldTheBoundOrAreRefused) {
+  SOAK_LONG_TEST();
   base::Random random(2);
   int kept = 0;
   for (int i = 0; i < 600; ++i) {

@@ -11,6 +11,7 @@
 #include "calib/deploy/calibration_file.h"
 #include "calib/runtime/soak_runtime.h"
 #include "tests/calib/calibration_file_samples.h"
+#include "tests/long_tests.h"
 
 namespace soak::calib {
 namespace {
@@ -68,6 +69,7 @@ void mutate(base::Bytes& bytes, base::Random& random) {
 }
 
 TEST(RuntimeHostile, MutatedFilesWithAGoodCheckSumNeverCrash) {
+  SOAK_LONG_TEST();
   const base::Bytes originals[] = {*encode(golden_fis()), *encode(golden_mixed()), *encode(with_bias(table(0.1)))};
   base::Random random(11);
   int accepted = 0;

@@ -15,6 +15,7 @@
 #include "calib/signal/noise/noise.h"
 #include "tests/calib/schema_check.h"
 #include "tests/errors.h"
+#include "tests/long_tests.h"
 #include "tests/signal/filtered_noise.h"
 
 namespace soak::calib {
@@ -129,6 +130,7 @@ TEST(AllanJson, NoiseWithoutStepsAndOutliersRaisesNoAlarm) {
 }
 
 TEST(AllanJson, CoefficientsHoldTheTruthWhereSingleRowsAreLost) {
+  SOAK_LONG_TEST();
   constexpr double kFlicker = 0.1;
   constexpr int kRecords = 50;
   // Bias instability is the least of the curve, at its end here: sqrt(N^2/tau + 0.664^2 B^2)/0.664.

@@ -9,12 +9,16 @@ import shutil
 import signal
 import sqlite3
 import subprocess
+import sys
 import tempfile
 import unittest
 
 import jsonschema
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tests"))
+from long_tests import long_test  # noqa: E402, F401 (the tests take it from here)
+
 SCHEMAS = ROOT / "docs" / "schema"
 HEADER = "t_s,run,phase,sweep,plateau_c,position,chamber_c,temp_c,gx_dps,gy_dps,gz_dps,ax_mps2,ay_mps2,az_mps2"
 

@@ -12,7 +12,7 @@ import subprocess
 import tempfile
 import unittest
 
-from soak_cli import SoakTest, limit_file_size, recording
+from soak_cli import SoakTest, limit_file_size, long_test, recording
 
 NO_RUN = "01900000-0000-7000-8000-000000000000"
 PLATEAUS = (-20.0, 0.0, 20.0, 40.0)
@@ -38,13 +38,14 @@ def digest(tables):
 class Archive(SoakTest):
     @classmethod
     def setUpClass(cls):
-        """Two stations: SN1 was recorded at both, SN2 and SN3 at one of them."""
+        """Two stations: SN1 was recorded at both, SN2 and SN3 at one of them; a third one has a unit of its own."""
         cls.store = pathlib.Path(tempfile.mkdtemp(prefix="soak-archive-test-"))
         cls.addClassCleanup(shutil.rmtree, cls.store, ignore_errors=True)
         for n, (station, serial, run) in enumerate((("a", "SN1", "R1"), ("a", "SN2", "R1"), ("b", "SN1", "R2"), ("b", "SN3", "R2"))):
             csv = cls.store / f"{serial}-{run}.csv"
             csv.write_text(recording(n, run, PLATEAUS, seconds=35), encoding="utf-8")
             cls.import_csv(cls.store / station, csv, serial, station)
+        cls.import_csv(cls.store / "third", cls.store / "SN2-R1.csv", "OWN", "own")
 
     @staticmethod
     def import_csv(data, csv, serial, campaign):
@@ -54,10 +55,8 @@ class Archive(SoakTest):
     def setUp(self):
         super().setUp()
         self.archive = self.folder / "archive"
-        self.a, self.b = (pathlib.Path(shutil.copytree(self.store / name, self.folder / name)) for name in "ab")
-        self.third = self.folder / "third"
+        self.a, self.b, self.third = (pathlib.Path(shutil.copytree(self.store / name, self.folder / name)) for name in ("a", "b", "third"))
         self.data = self.third
-        self.soak("import", self.store / "SN2-R1.csv", "--unit", "OWN", "--campaign", "own", "--gravity-mps2", "9.80665")
 
     def archive_of(self, data, what, place=None, status=0, **options):
         self.data = data
@@ -110,6 +109,7 @@ class Archive(SoakTest):
         self.assertEqual((again["pulled"], again["were_there"]), ([], 4))
         self.assertEqual(self.state(), before)
 
+    @long_test
     def test_a_station_that_pulls_its_own_runs_has_nothing_new(self):
         self.push_both()
         before = self.rows(self.a, "a")
@@ -135,6 +135,7 @@ class Archive(SoakTest):
         with contextlib.closing(sqlite3.connect(data / "station.db")) as db:
             return {name for name, in db.execute("SELECT file_name FROM run")}
 
+    @long_test
     def test_a_disk_that_is_full_when_the_rows_are_stored_leaves_no_run_file_without_rows(self):
         self.push_both()
         catalog = (self.third / "station.db").stat().st_size
@@ -147,6 +148,7 @@ class Archive(SoakTest):
         self.archive_of(data, "pull")
         self.assertEqual(len(self.known_files(data)), 5)
 
+    @long_test
     def test_a_file_that_a_killed_pull_left_is_taken(self):
         """Killed between the file's name and the end of the transaction."""
         self.push_both()
@@ -184,6 +186,7 @@ class Archive(SoakTest):
         self.assertEqual([(run["campaign"], run["units"], run["voids"]) for run in listed],
                          [("a", ["SN1"], 1), ("a", ["SN2"], 0), ("b", ["SN1"], 0), ("b", ["SN3"], 0)])
 
+    @long_test
     def test_samples_that_are_dropped_after_the_push_stay_in_the_archive(self):
         self.push_both()
         before = self.archive_of(self.a, "list")
@@ -195,6 +198,7 @@ class Archive(SoakTest):
         shutil.rmtree(self.archive)
         self.assertEqual(len(self.archive_of(self.a, "push")["dropped"]), 2)
 
+    @long_test
     def test_the_epoch_of_a_unit_is_the_higher_one(self):
         self.data = self.a
         self.soak("unit", "add", "SN1", "--begin-epoch", "repaired")
@@ -203,6 +207,7 @@ class Archive(SoakTest):
         with contextlib.closing(sqlite3.connect(self.third / "station.db")) as db:
             self.assertEqual(dict(db.execute("SELECT serial, epoch FROM unit")), {"OWN": 0, "SN1": 1, "SN2": 0, "SN3": 0})
 
+    @long_test
     def test_an_epoch_that_begins_later_follows(self):
         self.push_both()
         self.archive_of(self.third, "pull")
@@ -244,6 +249,7 @@ class Archive(SoakTest):
         record.unlink()
         (record.parent / f"{hashlib.sha256(text).hexdigest()}.json").write_bytes(text)
 
+    @long_test
     def test_a_record_that_its_hash_does_not_betray_is_held_against_the_digest_and_the_catalog(self):
         def table(document, name):
             return next(table for table in document["runs"][0]["tables"] if table["name"] == name)
@@ -302,6 +308,7 @@ class Archive(SoakTest):
         self.forged(lambda document: None, with_digest=True)
         self.assertEqual(len(self.archive_of(self.third, "pull")["pulled"]), 2)
 
+    @long_test
     def test_the_warning_of_references_does_not_depend_on_which_record_is_read_first(self):
         """A station that has a run from the archive has no certificates of it, and pushes a record that says so."""
         for order in (min, max):
@@ -325,6 +332,7 @@ class Archive(SoakTest):
         check = self.archive_of(self.third, "verify", status=4)
         self.assertEqual(([trouble["name"] for trouble in check["troubles"]], check["without_record"]), ([file.name], [stray]))
 
+    @long_test
     def test_where_no_archive_is_only_a_push_begins_one(self):
         self.data = self.third
         (self.folder / "empty").mkdir()
@@ -342,6 +350,7 @@ class Archive(SoakTest):
             (self.archive / folder / "@eaDir").mkdir()
             (self.archive / folder / "Thumbs.db").write_bytes(b"x")
 
+    @long_test
     def test_what_is_no_archived_file_is_left_alone(self):
         self.push_both()
         self.strangers()
@@ -350,12 +359,14 @@ class Archive(SoakTest):
         self.assertEqual((check["records"], check["files"]), (4, 4))
         self.assertEqual(len(self.archive_of(self.third, "pull")["pulled"]), 4)
 
+    @long_test
     def test_a_folder_may_have_a_colon_in_its_name(self):
         self.archive = self.folder / "lab:2"
         without_rclone = {**os.environ, "PATH": str(self.folder)}
         self.archive_of(self.a, "push", env=without_rclone)
         self.assertEqual(len(self.archive_of(self.third, "list", env=without_rclone)["runs"]), 2)
 
+    @long_test
     def test_without_a_place_for_temporary_files_the_error_says_so(self):
         self.push_both()
         self.data = self.third
@@ -370,6 +381,7 @@ class Archive(SoakTest):
         (self.archive / "files" / f"{hashlib.sha256(content).hexdigest()}.soakrun").write_bytes(content)
         self.assertEqual(self.archive_of(self.third, "verify", preexec_fn=limit_file_size(len(content) - 1))["files"], 5)
 
+    @long_test
     def test_a_run_that_is_damaged_here_is_not_pushed(self):
         file = sorted((self.a / "runs").iterdir())[0]
         content = bytearray(file.read_bytes())
@@ -379,6 +391,7 @@ class Archive(SoakTest):
         self.assertEqual(([trouble["name"] for trouble in pushed["troubles"]], len(pushed["pushed"])), ([file.name], 1))
         self.assertTrue(self.archive_of(self.a, "verify")["ok"])
 
+    @long_test
     def test_what_is_at_odds_with_this_catalog_is_left_out(self):
         """Another run of that campaign, unit and label; a campaign of another procedure; a unit of another type."""
         self.push_both()

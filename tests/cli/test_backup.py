@@ -11,7 +11,7 @@ import subprocess
 import tempfile
 import unittest
 
-from soak_cli import SoakTest, recording
+from soak_cli import SoakTest, long_test, recording
 
 
 def fitted_numbers(document):
@@ -66,6 +66,7 @@ class Backup(SoakTest):
         theirs = json.loads(self.at(restored, "fit", "--unit", "SN1", "--json").stdout)
         self.assertEqual(fitted_numbers(theirs), fitted_numbers(ours))
 
+    @long_test
     def test_it_is_whole_while_another_process_writes(self):
         text = sweep(5, "r5") + "".join(sweep(seed, f"r{seed}").split("\n", 1)[1] for seed in range(6, 10))
         path = self.write("more.csv", text)
@@ -98,6 +99,7 @@ class Backup(SoakTest):
         self.assertEqual(len(summary["copied"]), 1)
         self.assertFalse((self.place / "runs" / run["file"]).exists())
 
+    @long_test
     def test_a_run_file_that_cannot_be_read_is_named_and_the_rest_is_copied(self):
         runs = self.soak_json("runs-list", "runs", "list")["runs"]
         path = self.data / "runs" / min(run["file"] for run in runs)
@@ -108,6 +110,7 @@ class Backup(SoakTest):
         self.assertEqual(len(summary["copied"]), len(runs) - 1)
         self.assertTrue((self.place / "station.db").exists())
 
+    @long_test
     def test_a_file_damaged_in_the_backup_is_found_and_left(self):
         run = self.soak_json("runs-list", "runs", "list")["runs"][0]
         self.back_up()
@@ -118,6 +121,7 @@ class Backup(SoakTest):
         self.assertEqual([file["file"] for file in self.back_up(status=4)["damaged"]], [run["file"]])
         self.assertEqual(path.read_bytes(), bytes(content))
 
+    @long_test
     def test_a_run_file_that_is_not_in_the_catalog_is_named_and_left_out(self):
         run = self.soak_json("runs-list", "runs", "list")["runs"][0]
         shutil.copy(self.data / "runs" / run["file"], self.data / "runs" / "open.soakrun")

@@ -8,7 +8,7 @@ import subprocess
 import threading
 import unittest
 
-from soak_cli import SoakTest, limit_file_size, recording
+from soak_cli import SoakTest, limit_file_size, long_test, recording
 
 HEAD = "t_s,run,temp_c,position,gx_dps\n0,bad,25,+X,1\n"
 
@@ -91,6 +91,7 @@ class BadRecording(SoakTest):
         self.assertEqual(self.state(), before, "not even the new run of the file is stored")
         self.assertEqual(self.imported("ok.csv", path.read_text(), "--campaign", "other")["status"], "imported")
 
+    @long_test
     def test_same_samples_with_another_site(self):
         path = self.write("good.csv", recording(run="good", seconds=10))
         before = self.state()
@@ -199,6 +200,7 @@ class BadSurroundings(SoakTest):
         self.assertEqual(self.state(), before)
         self.assertEqual(self.imported("small.csv", recording(run="small", seconds=10))["status"], "imported")
 
+    @long_test
     def test_disk_that_fills_up_at_any_point(self):
         self.imported("good.csv", recording(run="good", seconds=10))
         before = self.state()
@@ -218,6 +220,7 @@ class BadSurroundings(SoakTest):
         self.assertGreater(refused, 3)
         self.assertEqual(done.returncode, 0, "in the end there was room")
 
+    @long_test
     def test_ctrl_c_leaves_everything_as_it_was(self):
         self.imported("good.csv", recording(run="good", seconds=10))
         before = self.state()

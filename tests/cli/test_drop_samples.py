@@ -6,10 +6,11 @@ import shutil
 import signal
 import sqlite3
 import subprocess
+import tempfile
 import threading
 import unittest
 
-from soak_cli import SoakTest, recording
+from soak_cli import SoakTest, long_test, recording
 
 PLATEAUS = (-20.0, -5.0, 10.0, 25.0, 40.0)
 REASON = ("--reason", "kept for two years", "--user", "eva")
@@ -21,10 +22,18 @@ def sweep(seed, run):
 
 
 class DropSamples(SoakTest):
+    stored = None  # what each test begins with
+
     def setUp(self):
         super().setUp()
+        if self.stored:
+            shutil.copytree(self.stored, self.folder, dirs_exist_ok=True)
+            return
         for number in (1, 2, 3):
             self.imported(f"{number}.csv", sweep(number, f"r{number}"), "--campaign", "c", "--gravity-mps2", "9.80665")
+        type(self).stored = tempfile.mkdtemp(prefix="soak-test-")
+        self.addClassCleanup(shutil.rmtree, self.stored, ignore_errors=True)
+        shutil.copytree(self.folder, self.stored, dirs_exist_ok=True)
 
     def files(self):
         return sorted(path.name for path in (self.data / "runs").iterdir())
@@ -76,6 +85,7 @@ class DropSamples(SoakTest):
         runs = self.soak_json("runs-verify", "runs", "verify")["runs"]
         self.assertEqual([(run["ok"], run["samples_dropped"]) for run in runs], [(True, True), (True, False), (True, False)])
 
+    @long_test
     def test_what_needs_the_samples_is_refused(self):
         self.fit()
         self.drop("r1")
@@ -92,6 +102,7 @@ class DropSamples(SoakTest):
         self.refusal("runs", "drop-samples", "--campaign", "c", *REASON)
         self.refusal("runs", "drop-samples", *REASON)
 
+    @long_test
     def test_nothing_is_dropped_while_anything_is_damaged(self):
         path = self.data / "runs" / self.run_row("r2")["file"]
         bytes_of_file = bytearray(path.read_bytes())
@@ -105,6 +116,7 @@ class DropSamples(SoakTest):
         self.refusal("runs", "drop-samples", "r1", *REASON, "--yes", status=4)
         self.assertEqual(self.files(), names)
 
+    @long_test
     def test_samples_that_each_fit_reads_stay(self):
         self.imported("bench.csv", recording(5, "bench", (25.0,), 20), "--campaign", "bench", "--gravity-mps2", "9.80665")
         names = self.files()
@@ -114,6 +126,7 @@ class DropSamples(SoakTest):
         self.drop("bench")
         self.assertEqual(len(self.files()), 3)
 
+    @long_test
     def test_a_file_that_is_put_back_counts_again(self):
         name = self.run_row("r1")["file"]
         exported = self.soak("runs", "export", "r1").stdout
@@ -130,6 +143,7 @@ class DropSamples(SoakTest):
         self.assertEqual(self.files(), [])
         self.assertEqual(len(self.soak_json("events-list", "events", "list", "--kind", "samples_dropped")["events"]), 4)
 
+    @long_test
     def test_noise_figures_come_from_a_run_that_has_its_samples(self):
         for number, seconds in ((6, 60), (7, 80)):
             self.imported(f"{number}.csv", recording(number, f"long{number}", PLATEAUS, seconds), "--campaign", "long", "--gravity-mps2", "9.80665")
@@ -143,6 +157,7 @@ class DropSamples(SoakTest):
         self.assertEqual(after["segment"]["run"], "long6")
         self.assertGreater(len(after["sensors"]["gyro_x"]["ci95"]), 3)
 
+    @long_test
     def test_ctrl_c_stops_it_before_anything_is_gone(self):
         path = self.data / "runs" / self.run_row("r1")["file"]
         kept, again = self.folder / "kept", self.folder / "again"
@@ -164,6 +179,7 @@ class DropSamples(SoakTest):
         self.assertEqual(len(self.files()), 3)
         self.assertEqual(self.soak_json("events-list", "events", "list", "--kind", "samples_dropped")["events"], [])
 
+    @long_test
     def test_a_recording_whose_samples_were_dropped_is_not_stored_again_unnoticed(self):
         self.drop("r1")
         said = self.soak_json("import", "import", self.folder / "1.csv", "--unit", "SN1", "--campaign", "c", "--gravity-mps2", "9.80665")

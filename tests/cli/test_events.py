@@ -8,7 +8,7 @@ import sqlite3
 import unittest
 
 from run_digest import chain_of, open_catalog, seal_of
-from soak_cli import SoakTest, recording
+from soak_cli import SoakTest, long_test, recording
 
 
 class EventTest(SoakTest):
@@ -48,6 +48,7 @@ class Log(EventTest):
             self.assertIn("--user", self.refusal(*words, "--user", name)["message"], words)
         self.refusal("unit", "add", "SN2", "--user", "  ")
 
+    @long_test
     def test_each_event_has_its_full_date(self):
         event = self.soak_json("events-list", "events", "list", "--last", 1)["events"][0]
         date = datetime.datetime.fromtimestamp(int(event["utc_s"]), datetime.timezone.utc).strftime("%Y-%m-%dT%H:%M:%SZ")
@@ -58,6 +59,7 @@ class Log(EventTest):
         self.refusal("events", "list", "--kind", "void")
         self.assertEqual(self.soak_json("events-list", "events", "list", "--kind", "samples_dropped")["events"], [])
 
+    @long_test
     def test_a_kind_that_another_version_has_entered_is_found(self):
         self.change("UPDATE event SET kind = 'of_another_version' WHERE ordinal = 1")
         self.assertEqual(len(self.soak_json("events-list", "events", "list", "--kind", "of_another_version")["events"]), 1)
@@ -84,6 +86,7 @@ class Log(EventTest):
                 self.soak_json("runs-verify", "runs", "verify", status=4)
                 (self.data / "station.db").write_bytes(kept)
 
+    @long_test
     def test_what_is_cut_off_stays_missing_after_the_next_event(self):
         count = self.soak_json("events-verify", "events", "verify")["events"]
         self.change(f"DELETE FROM event WHERE ordinal = {count}")
@@ -113,6 +116,7 @@ class Seals(EventTest):
         self.change("DELETE FROM void")
         self.soak("fit", "--unit", "SN1", status=4)
 
+    @long_test
     def test_a_schema_that_was_changed_is_found(self):
         with contextlib.closing(open_catalog(self.data / "station.db")) as catalog, catalog:
             catalog.execute("DROP TRIGGER void_keeps_all")

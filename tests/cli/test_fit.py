@@ -15,7 +15,7 @@ import unittest
 
 from blob_reader import Calibration
 from run_digest import open_catalog, run_digest
-from soak_cli import ROOT, SoakTest, check_schema, recording, shared_data
+from soak_cli import ROOT, SoakTest, check_schema, long_test, recording, shared_data
 
 SERIAL = "SIM-0001"
 SENSORS = ["gyro_x", "gyro_y", "gyro_z", "accel_x", "accel_y", "accel_z"]
@@ -112,6 +112,7 @@ class Fit(FittedTest):
         self.soak("export", "--unreleased", "--unit", SERIAL, "--format", "json", "--simulated", "-o", new)
         self.assertEqual((json.loads(old.read_text())["model"], json.loads(new.read_text())["model"]), (1, 2))
 
+    @long_test
     def test_the_number_of_threads_does_not_change_the_result(self):
         one, two = (self.soak_json("fit", "fit", "--unit", SERIAL, "--jobs", jobs) for jobs in ("1", "4"))
         self.assertEqual(one["sensors"], two["sensors"])
@@ -119,6 +120,7 @@ class Fit(FittedTest):
     def test_all_units_at_once(self):
         self.assertEqual([u["unit"] for u in self.soak_json("fit-all", "fit", "--all")["units"]], [SERIAL])
 
+    @long_test
     def test_verification_runs_are_left_out(self):
         self.assertEqual(self.fit["sensors"]["gyro_x"]["runs"], ["R01", "R02", "R03"])
         self.refusal("fit", "--unit", SERIAL, "--campaign", "verification")
@@ -222,6 +224,7 @@ class ImplausibleValues(SoakTest):
         self.refusal("fit", "--unit", "SN1")
         self.assertEqual(self.state(), before)
 
+    @long_test
     def test_a_recording_that_never_rests_gives_no_model(self):
         self.imported("ramp.csv", recording(seconds=10).replace(",soak,", ",ramp,"))
         before = self.state()
@@ -235,6 +238,7 @@ class MissingRunFile(FittedTest):
         self.refusal("fit", "--unit", SERIAL, status=4)
 
 
+    @long_test
     def test_one_that_was_changed_is_damage_too_and_named(self):
         path = sorted((self.data / "runs").glob("*.soakrun"))[0]
         content = bytearray(path.read_bytes())
@@ -309,6 +313,7 @@ class CalibrationFile(FittedTest):
         self.assertIn("--simulated", error["message"])
         self.assertFalse((self.folder / "x").exists())
 
+    @long_test
     def test_a_link_is_followed_and_a_pipe_not_replaced(self):
         target, link, pipe = (self.folder / name for name in ("target", "link", "pipe"))
         target.write_bytes(b"old")
@@ -361,6 +366,7 @@ class Verify(FittedTest):
         self.assertEqual(document["verdict"], "info")
         self.assertIn("partial_range", [warning["code"] for warning in document["warnings"]])
 
+    @long_test
     def test_takes_no_runs_for_diagnosis(self):
         with contextlib.closing(open_catalog(self.data / "station.db")) as catalog, catalog:
             catalog.execute("UPDATE run SET purpose = 'diagnosis' WHERE campaign = 'verification'")

@@ -13,7 +13,7 @@ import time
 import unittest
 
 from one_way_campaign import Unit
-from soak_cli import SoakTest, check_schema, limit_file_size, recording
+from soak_cli import SoakTest, check_schema, limit_file_size, long_test, recording
 
 BOTH_WAYS = ("SN1", "SN2", "SN3")
 ONE_WAY = "A1"  # comes first, and takes what the others show
@@ -146,6 +146,7 @@ class Batch(SoakTest):
         self.fit_all()
         self.assertEqual(self.versions(), {**before, ONE_WAY: before[ONE_WAY] + 1, "B1": before["B1"] + 2})
 
+    @long_test
     def test_a_type_file_that_is_no_text_is_the_failure_of_its_units(self):
         (self.procedures / "units" / "silent.toml").write_bytes(b'name = "silent"\n# Ger\xe4t\n')
         done = soak(self.data, self.procedures, "fit", "--all", "--json", status=2)
@@ -153,6 +154,7 @@ class Batch(SoakTest):
         for serial in (ONE_WAY, *BOTH_WAYS):
             self.assertIn(f"unit {serial}: ", message)
 
+    @long_test
     def test_where_no_model_can_be_stored_the_batch_ends(self):
         done = subprocess.run([os.environ["SOAK_BIN"], "fit", "--all", "--jobs", "1", "--json", "--data", str(self.data)],
                               env={**os.environ, "SOAK_PROCEDURES": str(self.procedures)}, capture_output=True, text=True,
@@ -161,6 +163,7 @@ class Batch(SoakTest):
         self.assertNotIn("could not be fitted", done.stderr)
         self.assertEqual(self.versions(), {})
 
+    @long_test
     def test_what_the_user_interrupts_has_not_failed(self):
         batch = subprocess.Popen([os.environ["SOAK_BIN"], "fit", "--all", "--jobs", "4", "--data", str(self.data)], text=True,
                                  env={**os.environ, "SOAK_PROCEDURES": str(self.procedures)}, stdout=subprocess.PIPE,

@@ -6,7 +6,7 @@ import pathlib
 import sys
 import unittest
 
-from soak_cli import ROOT, SoakTest, check_schema
+from soak_cli import ROOT, SoakTest, check_schema, long_test
 
 sys.path.insert(0, str(ROOT / "tests" / "blind"))
 from blind_campaign import Programs, judge  # noqa: E402
@@ -52,12 +52,14 @@ class Blind(unittest.TestCase):
         self.assertEqual((report["verdict"], names(report)), ("cannot_judge", []))
         self.assertTrue(report["reason"])
 
+    @long_test
     def test_what_the_library_does_not_have_is_unknown(self):
         for number, effect in enumerate(("daily_wave", "telegraph_noise", "bias_step")):
             report, _ = judge(programs(), 900 + number, {}, [{"effect": effect, "magnitude": 2.4, "seed": 5 + number}])
             check_schema(report, "gap-find")
             self.assertEqual((report["verdict"], names(report)), ("unknown", []), effect)
 
+    @long_test
     def test_water_that_the_simulator_makes_by_other_equations_is_named(self):
         report, _ = judge(programs(), 903, {}, [{"effect": "moisture", "magnitude": 2.4, "seed": 8}])
         check_schema(report, "gap-find")

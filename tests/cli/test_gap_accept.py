@@ -11,7 +11,7 @@ import sys
 import unittest
 
 import numpy as np
-from soak_cli import ROOT, SoakTest, check_schema
+from soak_cli import ROOT, SoakTest, check_schema, long_test
 
 sys.path.insert(0, str(ROOT / "tests" / "blind"))
 import steep_curves  # noqa: E402
@@ -95,6 +95,7 @@ class Accept(SoakTest):
         error = self.refusal("gap", "withdraw", "--unit", "SN1", "--effect", "thermal_hysteresis", "--reason", "again")
         self.assertIn("'thermal_hysteresis'", error["message"])
 
+    @long_test
     def test_the_voltmeters_certificate_moves_the_reference_voltage(self):
         # In force whenever the simulated campaign says that it was.
         self.soak("reference", "add", "--kind", "supply", "--name", "meter", "--certificate", "A", "--issued", "1990-01-01",
@@ -200,6 +201,7 @@ class Accept(SoakTest):
         self.assertFalse(listed["lab_only"])
         self.assertEqual(sum(name.startswith("mean_") for name in listed["parameters"]), 14)  # seven plateaus
 
+    @long_test
     def test_accepting_fits_what_the_model_was_fitted_to(self):
         self.campaign(77, [hidden("sensor_lag")])
         self.soak("import", self.folder / "fresh.csv", "--unit", "SN1", "--gravity-mps2", "9.80665", "--campaign", "later")
@@ -217,6 +219,7 @@ class Accept(SoakTest):
             rows = catalog.execute("SELECT document FROM model ORDER BY version").fetchall()
         return [json.loads(row[0])["options"]["rules"] for row in rows]
 
+    @long_test
     def test_a_model_is_compared_with_one_without_any_effect(self):
         """Two effects, the first taken out again: the difference shown is that of the second alone."""
         self.campaign(78, [hidden("g_sensitivity"), hidden("thermal_hysteresis")])
@@ -231,6 +234,7 @@ class Accept(SoakTest):
         self.assertEqual((shown["before"], shown["model"]), (1, 4))
         self.assertEqual([term["name"] for term in shown["terms"]], ["thermal_hysteresis"])
 
+    @long_test
     def test_an_effect_has_one_size_in_one_unit_wherever_it_is_told(self):
         self.campaign(78, [hidden("g_sensitivity"), hidden("thermal_hysteresis")])
         found = self.soak("gap", "find", "--unit", "SN1").stdout
@@ -248,6 +252,7 @@ class Accept(SoakTest):
             self.assertNotIn("rad/s", text, where)
             self.assertIn("deg/s", text, where)
 
+    @long_test
     def test_without_a_fresh_run_it_says_that_nothing_is_proved(self):
         self.campaign(77, [hidden("thermal_hysteresis")])
         self.soak("gap", "accept", "--unit", "SN1")
@@ -321,6 +326,7 @@ class Accept(SoakTest):
             shape[file] = verified["sensors"]["gyro_y"]["rmse_shape"]
         self.assertLess(shape["after"], 0.75 * shape["before"])
 
+    @long_test
     def test_an_export_that_cannot_hold_a_bump_says_so(self):
         self.bumpy_unit()
         self.soak("gap", "accept", "--unit", "SN1", "--effect", "narrow_bump")

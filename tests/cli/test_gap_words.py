@@ -10,7 +10,7 @@ import re
 import sys
 import unittest
 
-from soak_cli import ROOT, SoakTest
+from soak_cli import ROOT, SoakTest, long_test
 
 sys.path.insert(0, str(ROOT / "tests" / "blind"))
 import second_laboratory  # noqa: E402
@@ -85,6 +85,7 @@ class Words(SoakTest):
         self.assertEqual(at, sorted(at))
         self.assertLess(at[2], text.index("<table"))
 
+    @long_test
     def test_of_an_effect_that_the_model_has_already_they_hold_how_to_take_it_out(self):
         self.campaign(81, "g_sensitivity")
         self.soak("gap", "accept", "--unit", "SN1")
@@ -104,6 +105,7 @@ class Words(SoakTest):
         self.assert_holds(withdrawn[1], "model 2")
         self.assert_holds(withdrawn[2], FIND)
 
+    @long_test
     def test_of_an_effect_that_harms_they_hold_that_one_and_the_command_that_takes_it_out(self):
         """Fitted to runs with two effects; of those that follow one has gone, and the other has stayed."""
         programs = Programs(pathlib.Path(os.environ["SOAK_BIN"]).parent, ROOT / "hal" / "sim" / "lab.toml")
@@ -119,6 +121,7 @@ class Words(SoakTest):
         following = self.first_three(self.soak("gap", "show", "--unit", "SN1").stdout.splitlines())[2]
         self.assert_holds(following, "soak gap withdraw --unit SN1 --effect g_sensitivity")
 
+    @long_test
     def test_of_a_name_with_a_rival_they_hold_the_rival_and_the_run_that_decides(self):
         self.campaign(511, "thermal_hysteresis", magnitude=0.3)
         document, lines = self.found()
@@ -173,14 +176,17 @@ class Words(SoakTest):
         self.assert_holds(following, structure["look"], FIND)
         return structure, what
 
+    @long_test
     def test_of_a_daily_wave_they_hold_where_to_look(self):
         structure, what = self.unknown(0, "daily_wave", "daily_wave")
         self.assert_holds(what, structure["axis"])
         self.assertEqual(structure["steps"], [])
 
+    @long_test
     def test_of_telegraph_noise_they_hold_where_to_look(self):
         self.unknown(1, "telegraph_noise", "telegraph_noise")
 
+    @long_test
     def test_of_steps_they_hold_run_sensor_and_size(self):
         structure, what = self.unknown(2, "bias_step", "jumps")
         self.assertTrue(structure["steps"])
@@ -239,6 +245,7 @@ class SlowNoise(SoakTest):
         shown = self.soak_json("gap-show", "gap", "show", "--unit", "SN1")
         self.assertEqual([entry["sensor"] for entry in shown["slow_noise"]], [entry["sensor"] for entry in found["slow_noise"]])
 
+    @long_test
     def test_a_rest_that_cannot_be_read_is_a_warning(self):
         self.wandering_unit()
         of_runs = set((self.data / "runs").iterdir())
@@ -252,6 +259,7 @@ class SlowNoise(SoakTest):
         found = self.soak_json("gap-find", "gap", "find", "--unit", "SN1")
         self.assertEqual(({entry["sensor"] for entry in found["slow_noise"]}, {entry["bias_instability"] for entry in found["slow_noise"]}), (set(SENSORS), {None}))
 
+    @long_test
     def test_without_slow_noise_the_list_is_empty(self):
         recording = self.write("unit.csv", second_laboratory.make(11, second_laboratory.Design()).csv)
         self.soak("import", recording, "--unit", "SN1", "--gravity-mps2", "9.80665")

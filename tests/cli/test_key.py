@@ -11,7 +11,7 @@ import unittest
 
 import ed25519
 from blob_reader import BlobError, Calibration, crc32c, read_sections
-from soak_cli import ROOT, SoakTest, limit_file_size
+from soak_cli import ROOT, SoakTest, limit_file_size, long_test
 
 GOLDEN = ROOT / "tests" / "data" / "golden"
 # The key of RFC 8032 section 7.1, TEST 1: published, so nobody may ever trust it.
@@ -180,6 +180,7 @@ class Signatures(KeyTest):
         self.assertEqual((document["unit"], document["model"], document["comment"]), ("SN-0001", 7, "Lab 1"))
         self.assertIn("good", self.soak("key", "verify", self.file, "--key", f"{key}.pub").stdout)
 
+    @long_test
     def test_readers_of_version_1_0_read_a_signed_file_as_before(self):
         before = Calibration.load(self.unsigned)
         points = self.soak("eval", self.file, "--temp-c", "-30,12.5,90", "--json").stdout
@@ -205,6 +206,7 @@ class Signatures(KeyTest):
             changed[at] ^= 1 << at % 8
             self.assertEqual(self.verify_status(changed, "--key", f"{key}.pub"), 4, at)
 
+    @long_test
     def test_a_flipped_bit_anywhere_is_found_by_somebody_who_mends_the_crc(self):
         key = self.known_key()
         data = self.signed(key)
@@ -240,6 +242,7 @@ class Signatures(KeyTest):
         body = b"".join(struct.pack("<HBBI", s.kind, s.version, s.critical, len(s.payload)) + s.payload for s in sections)
         return sealed(data[:20] + struct.pack("<I", len(sections)) + body + bytes(4))
 
+    @long_test
     def test_another_key_does_not_pass(self):
         data = self.signed(self.key("ours"))
         self.key("theirs")
@@ -253,6 +256,7 @@ class Signatures(KeyTest):
         self.assertEqual(self.verify_status(forged, "--key", self.folder / "ours.pub"), 4)
         self.assertEqual(self.verify_status(data, "--key", self.folder / "ours.pub"), 0)
 
+    @long_test
     def test_signing_again_replaces_the_signature(self):
         first, second = self.key("first"), self.key("second")
         self.signed(first)
@@ -264,6 +268,7 @@ class Signatures(KeyTest):
         self.assertEqual(self.verify_status(data, "--key", f"{first}.pub"), 4)
         self.assertEqual(self.signed(first), self.signed(first), "deterministic")
 
+    @long_test
     def test_sections_of_a_later_version_are_kept_and_signed(self):
         later = struct.pack("<HBBI4s", 0x0055, 1, 0, 4, b"next")
         sections = struct.unpack_from("<I", self.unsigned, 20)[0]
@@ -300,6 +305,7 @@ class Signatures(KeyTest):
         self.refusal("key", "sign", self.folder / "damaged.soakcal", "--key", key, status=4)
         self.assertEqual((self.folder / "damaged.soakcal").read_bytes(), self.unsigned[:-8])
 
+    @long_test
     def test_a_file_without_room_is_refused(self):
         free = struct.pack("<HBBI", 0x8000, 1, 0, 0)
         count = struct.unpack_from("<I", self.unsigned, 20)[0]

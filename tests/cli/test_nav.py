@@ -9,7 +9,7 @@ import shutil
 import unittest
 
 from drive_files import write_drive, write_rtklib
-from soak_cli import SoakTest, recording, shared_data
+from soak_cli import SoakTest, long_test, recording, shared_data
 
 REAL_DRIVE = """name = "car"
 lever_arm_m = [-0.05, 0.0, 0.0]
@@ -45,11 +45,13 @@ class Outages(SoakTest):
                 self.assertLess(errors["horizontal_final_m"], 2.0)
         self.assertIsNone(by_name(document)["raw"]["gain"]["ci95"])
 
+    @long_test
     def test_the_number_of_threads_changes_nothing(self):
         drive = write_drive(self.folder)
         documents = [self.soak_json("nav-outages", "nav", "outages", drive, "--number", 4, "--jobs", jobs) for jobs in (1, 2)]
         self.assertEqual(*documents)
 
+    @long_test
     def test_fixes_of_rtklib_are_read_as_those_of_csv(self):
         drive = write_drive(self.folder, start_s=1752003000)
         of_csv = self.soak_json("nav-outages", "nav", "outages", drive, "--number", 2)
@@ -155,6 +157,7 @@ class Outages(SoakTest):
         self.assertGreater(truth_error, per_axis / 3)
         self.assertLess(truth_error, 0.5)
 
+    @long_test
     def test_how_well_a_smoothed_truth_is_known_does_not_depend_on_where_the_unit_lies(self):
         """On a straight way fixes of the antenna say as much of it wherever the unit is; of the unit they say less the further away it is."""
         self.write_noisy_drive()
@@ -164,6 +167,7 @@ class Outages(SoakTest):
         _, away = self.errors_judged_by("smoothed = true")
         self.assertAlmostEqual(away["horizontal_sigma_m"], beside["horizontal_sigma_m"], delta=0.02 * beside["horizontal_sigma_m"])
 
+    @long_test
     def test_an_outage_in_a_gap_of_the_receiver_is_refused_with_a_smoothed_truth_too(self):
         """From 140 to 189 s there are no fixes: what a smoother says there is the filter's own word."""
         drive = write_drive(self.folder, seconds=240)
@@ -199,6 +203,7 @@ class Outages(SoakTest):
         changed = [",".join(change(i, row.split(","))) for i, row in enumerate(rows)]
         self.write("fixes.csv", "\n".join([header, *changed]) + "\n")
 
+    @long_test
     def test_fixes_that_are_wrong_by_what_they_say_have_the_median_of_chi_squared(self):
         """The median of chi-squared with 3 degrees of freedom is 2.37; of 165 draws it scatters by 0.17, one standard deviation."""
         drive = write_drive(self.folder)
@@ -221,6 +226,7 @@ class Outages(SoakTest):
         self.assertGreater(too_sure["median_nis"], 5 * 2.37)
         self.assertGreater(too_sure["left_out"], 10)
 
+    @long_test
     def test_fixes_that_jump_and_stay_there_are_believed_after_ten(self):
         """As where a receiver was wrong before: a filter that left out all of them would stay 100 m away for the rest of the drive."""
         drive = write_drive(self.folder)
@@ -276,12 +282,14 @@ class Outages(SoakTest):
         self.assertAlmostEqual(document["outside_calibration"][0]["share"], 0.6, delta=0.03)
         self.assertIn("outside the calibration", self.soak("nav", "outages", drive, "--number", 1, "--calibration", calibration).stdout)
 
+    @long_test
     def test_outages_that_overlap_are_told(self):
         drive = write_drive(self.folder, seconds=200)
         for number, overlap in ((2, False), (8, True)):
             document = self.soak_json("nav-outages", "nav", "outages", drive, "--number", number, "--first-s", 100)
             self.assertEqual(document["outages_overlap"], overlap)
 
+    @long_test
     def test_a_calibration_of_the_gyros_alone_corrects_these_and_says_what_stays_raw(self):
         drive, calibration = self.drive_with_a_thermal_bias(), self.calibration_file(without="a")
         self.expect_the_bias_of_gx_gone(drive, calibration, ["accel_x", "accel_y", "accel_z"])
@@ -344,6 +352,7 @@ class Pages(SoakTest):
         text = path.read_text(encoding="utf-8")
         return text, json.loads(re.search(r'<script type="application/json"[^>]*>(.*?)</script>', text, re.DOTALL)[1])
 
+    @long_test
     def test_a_line_has_300_points_at_most_and_keeps_its_last(self):
         """A smoothed truth has four points a second."""
         drive = write_drive(self.folder)
@@ -360,6 +369,7 @@ class Pages(SoakTest):
             self.assertAlmostEqual(errors[-1][0], 120, delta=0.25)
             self.assertEqual(mean[-1], [120, errors[-1][1]])
 
+    @long_test
     def test_the_mean_error_begins_where_the_first_truth_is(self):
         """With the fixes for truth, one each second: 0.98 s after an outage that begins with a sample at 120.02 s."""
         _, data = self.page_of("nav", "outages", write_drive(self.folder), "--number", 1)
@@ -371,6 +381,7 @@ class Pages(SoakTest):
         text, _ = self.page_of("nav", "compare", "--drives", 1, "--number", 1, "--errors", "isi", "--temp-end-c", 40, "--left-percent", 2)
         self.assertIn("Simulated drives, errors of isi, from -10 to 40 °C; the calibration leaves 2 %.", text)
 
+    @long_test
     def test_the_page_of_an_impact_says_of_which_unit_and_model(self):
         text = recording(1, "R1", (-20.0, 0.0, 20.0, 40.0), 30)
         self.soak("import", self.write("R1.csv", text), "--unit", "SN1", "--campaign", "c", "--gravity-mps2", 9.80665)
@@ -437,6 +448,7 @@ class Impact(SoakTest):
 
     IMPACT = ("nav", "impact", "--unit", "SN1", "--drives", 1, "--number", 1, "--from-c", -15, "--to-c", 35)
 
+    @long_test
     def test_what_is_left_holds_the_scatter_of_slopes_between_power_ons(self):
         sigma = 0.002
         unit_scatter = [x / math.sqrt(14) for x in (-5, -3, -1, 1, 3, 5)]  # standard deviation 1, mean 0
@@ -453,6 +465,7 @@ class Impact(SoakTest):
             truth_m = math.radians(truth_95) * 9.80665 * seconds ** 3 / 6
             self.assertGreater(sensor[f"after_{seconds}_s_m"]["with"], truth_m)
 
+    @long_test
     def test_a_model_of_one_run_says_that_the_scatter_is_unknown(self):
         self.fitted_with_slopes([0.0])
         document = self.soak_json("nav-impact", *self.IMPACT)

@@ -7,7 +7,7 @@ import unittest
 
 from blob_reader import Calibration
 from one_way_campaign import GAP_DPS, Unit, binomial_interval
-from soak_cli import SoakTest
+from soak_cli import SoakTest, long_test
 
 RUNS = 3
 
@@ -114,6 +114,7 @@ class KnownHysteresis(OneWayTest):
         again = self.fit("ONE")
         self.assertAlmostEqual(again["one_way"]["half_gap"], sensor["one_way"]["half_gap"], 12)
 
+    @long_test
     def test_of_eighteen_units_all_are_warned_of_and_the_bands_hold_the_way_that_was_not_recorded(self):
         inside = {"ci95": 0, "pi95": 0}
         warned, units, where = 0, int(os.environ.get("ONE_WAY_UNITS", "18")), random.Random(99)

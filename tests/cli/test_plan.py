@@ -10,7 +10,7 @@ import tempfile
 import tomllib
 import unittest
 
-from soak_cli import HEADER, SoakTest
+from soak_cli import HEADER, SoakTest, long_test
 
 GYROS = ["gyro_x", "gyro_y", "gyro_z"]
 UPS = {"+X": (1, 0, 0), "-X": (-1, 0, 0), "+Y": (0, 1, 0), "-Y": (0, -1, 0), "+Z": (0, 0, 1), "-Z": (0, 0, -1)}
@@ -97,6 +97,7 @@ class PlanOfStoredUnits(PlanTest):
             self.assertAlmostEqual(sensor["noise"], 0.004 / 48**0.5, delta=0.3 * 0.004 / 48**0.5)
             self.assertLess(sensor["half_gap"], 0.001)
 
+    @long_test
     def test_power_cycles_are_done_where_the_branches_of_a_loop_meet(self):
         document = self.plan("--accuracy", "gyro_dps=0.02")
         self.assertGreater(document["options"][document["chosen"]]["power_cycles"], 0)
@@ -106,6 +107,7 @@ class PlanOfStoredUnits(PlanTest):
         self.assertEqual((points[0], points[-1]), (-20, -20))
         self.assertNotIn("reference", procedure)
 
+    @long_test
     def test_options_cost_more_and_buy_more_and_the_cheapest_good_one_is_chosen(self):
         document = self.plan()
         options = document["options"]
@@ -118,6 +120,7 @@ class PlanOfStoredUnits(PlanTest):
         self.assertTrue(document["reached"])
         self.assertFalse([o for o in options[:document["chosen"]] if o["relative"] <= 1.0])
 
+    @long_test
     def test_a_level_that_makes_most_of_the_band_is_had_by_power_cycles_instead_of_passes(self):
         full = self.plan()["full"]
         document = self.plan("--accuracy", f"gyro_dps={max(full['sensors'][name]['curve95'] for name in GYROS)}")
@@ -136,6 +139,7 @@ class PlanOfStoredUnits(PlanTest):
         self.assertLess(loose["options"][loose["chosen"]]["hours"], tight["options"][tight["chosen"]]["hours"])
         self.assertEqual(tight["accuracy"], {"gyro_dps": 0.02, "accel_mps2": 1})
 
+    @long_test
     def test_within_hours_the_best_is_written_and_what_is_not_reached_is_said(self):
         document = self.plan("--hours", "60", "--accuracy", "gyro_dps=0.001")
         chosen = document["options"][document["chosen"]]
@@ -222,6 +226,7 @@ class PlanOfUnitsThatShowLittle(PlanTest):
         self.assertTrue(all(w["text"].startswith("SN4: ") for w in warnings), warnings)
         self.assertIn("warning: SN4: ", self.soak("plan", "--type", "mti-300", "-o", self.folder / "p.toml").stderr)
 
+    @long_test
     def test_a_short_dwell_of_the_stored_units_is_said(self):
         remarks = self.plan()["picture"]["remarks"]
         self.assertTrue([r for r in remarks if "dwelt" in r and "600 s" in r], remarks)
@@ -259,6 +264,7 @@ class PlanOfATypeAlone(PlanTest):
             self.assertIn(f"rated {low_c} to {high_c}", error["message"])
         self.assertFalse((self.folder / "none.toml").exists())
 
+    @long_test
     def test_hot_and_narrow_ranges_make_procedures_and_names_stay_themselves(self):
         for low_c, high_c, name in ((40, 90, "hot"), (15, 32, "narrow"), (-40, 85, 'q"t')):
             self.type_rated(low_c, high_c, name)

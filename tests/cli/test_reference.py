@@ -12,7 +12,7 @@ import unittest
 import ed25519
 from blob_reader import Calibration, crc32c
 from run_digest import open_catalog
-from soak_cli import ROOT, SoakTest, check_schema
+from soak_cli import ROOT, SoakTest, check_schema, long_test
 from soak_cli import recording as recording_of
 
 GOLDEN = ROOT / "tests" / "data" / "golden"
@@ -113,6 +113,7 @@ class Register(ReferenceTest):
         self.assertEqual((entry["retired"]["reason"], entry["retired"]["user"]), ("dropped", "bob"))
         self.refusal(*arguments)
 
+    @long_test
     def test_a_wrong_entry_is_withdrawn_and_the_certificate_entered_again(self):
         self.add(certificate="C", issued=-10, due=-3)
         name = ("--kind", "chamber_probe", "--name", "probe 3")
@@ -129,6 +130,7 @@ class Register(ReferenceTest):
         self.refusal("reference", "withdraw", *name, "--certificate", "Z", "--reason", "x")
         self.refusal("reference", "withdraw", *name, "--reason", "a\u2029b")
 
+    @long_test
     def test_an_entry_after_the_retirement_brings_the_reference_back(self):
         self.add()
         name = ("--kind", "chamber_probe", "--name", "probe 3")
@@ -164,6 +166,7 @@ class Register(ReferenceTest):
         self.refusal("reference", "add", "--kind", "level")
         self.assertIsNone(self.state(), "not even a data folder")
 
+    @long_test
     def test_the_same_entry_twice_is_refused(self):
         self.add()
         arguments = ("--kind", "chamber_probe", "--name", "probe 3", "--certificate", "D-K-15048", "--issued", day(-400), "--due", day(100))
@@ -263,6 +266,7 @@ class OnTheWayToTheFile(ReferenceTest):
         self.assertEqual(document["references"][0]["waiver"]["signer"], "Ann Example")
         self.assertTrue(any("Ann Example" in w for w in document["warnings"]))
 
+    @long_test
     def test_the_time_of_the_measurement_decides_where_the_file_knows_it(self):
         self.add(issued=-800, due=-400)
         lines = recording().splitlines()
@@ -308,6 +312,7 @@ class OnTheWayToTheFile(ReferenceTest):
         self.refusal("fit", "--unit", "SN1", "--rules", 2, status=4)
         self.refusal("import", self.write("b.csv", recording(seed=2, run="r2")), "--unit", "SN1", "--references", status=4)
 
+    @long_test
     def test_a_waiver_that_is_gone_stops_the_fit(self):
         self.add(due=-3)
         self.waive(self.key())
@@ -317,6 +322,7 @@ class OnTheWayToTheFile(ReferenceTest):
         self.execute("DELETE FROM waiver")
         self.refusal("fit", "--unit", "SN1", "--rules", 2, status=4)
 
+    @long_test
     def test_a_new_waiver_heals_what_a_damaged_one_stopped(self):
         self.add(due=-3)
         self.waive(self.key())
@@ -327,6 +333,7 @@ class OnTheWayToTheFile(ReferenceTest):
         self.waive(self.key("other.key"))
         self.assertEqual(self.fitted()["references"][0]["waiver"]["signer"], "Ann Example")
 
+    @long_test
     def test_a_waiver_in_the_file_whose_signature_does_not_fit_is_told(self):
         self.add(due=-3)
         self.waive(self.key())
@@ -362,6 +369,7 @@ class OnTheWayToTheFile(ReferenceTest):
         document = self.soak_json("import", "import", self.write("two.csv", "\n".join(rows) + "\n"), "--unit", "SN1", "--references")
         self.assertEqual([r["certificate"] for r in document["references"]], ["A", "B"])
 
+    @long_test
     def test_a_retired_or_withdrawn_reference_of_an_old_campaign_is_told_with_its_status(self):
         self.add()
         self.soak("import", self.write("a.csv", recording()), "--unit", "SN1", "--references")
@@ -376,6 +384,7 @@ class OnTheWayToTheFile(ReferenceTest):
         self.assertRegex(reference["since"], "^retired on .* dropped in May$")
         self.assertIn("dropped in May", page.read_text(encoding="utf-8"))
 
+    @long_test
     def test_a_later_certificate_changes_nothing_of_an_older_campaign(self):
         self.add(certificate="A")
         self.soak("import", self.write("a.csv", recording()), "--unit", "SN1", "--references")
@@ -429,6 +438,7 @@ class WithdrawnSince(ReferenceTest):
         self.assertIn("r1, r2", self.verify()["voided_since"], "the old file does not")
         self.assertIn("r1", self.told("export", "--unreleased", "--unit", "SN1", "--model", 1, "--format", "c", "-o", self.folder / "x.h")["voided_since"])
 
+    @long_test
     def test_a_run_that_was_imported_anew_in_the_place_of_a_void_one_is_the_models(self):
         self.soak("runs", "void", "r1", "--reason", "gravity was forgotten")
         self.soak("import", self.folder / "1.csv", "--unit", "SN1", "--campaign", "anew", "--gravity-mps2", "9.80665")
@@ -440,6 +450,7 @@ class WithdrawnSince(ReferenceTest):
         self.soak("runs", "void", "r1", "--campaign", "anew", "--reason", "fixture was loose")
         self.assertIn("r1", self.export()["voided_since"])
 
+    @long_test
     def test_references_are_named_though_the_fresh_campaign_has_none(self):
         self.soak("reference", "withdraw", "--kind", "level", "--name", "level 1", "--reason", "mistyped")
         for told in (self.export(), self.verify()):
@@ -450,6 +461,7 @@ class WithdrawnSince(ReferenceTest):
         self.soak("fit", "--unit", "SN1", "--rules", 2)
         self.assertEqual(self.export(), {})
 
+    @long_test
     def test_an_expired_reference_is_named_until_a_newer_certificate_is_there(self):
         for trigger in ("keeps_rows", "keeps_all"):
             self.execute(f"DROP TRIGGER reference_{trigger}")

@@ -15,7 +15,7 @@ import ed25519
 import test_fit
 from blob_reader import Calibration
 from run_digest import open_catalog
-from soak_cli import check_schema, limit_file_size, recording
+from soak_cli import check_schema, limit_file_size, long_test, recording
 from test_fit import SERIAL, FittedTest, fitted_folder
 
 WIDE = "[limits]\ngyro = 0.2\naccel = 0.2\n"
@@ -112,6 +112,7 @@ class Verdicts(ReleaseTest):
         done = self.soak("verify", "--all", "--campaign", "verification", "--limits", self.write("l", WIDE))
         self.assertIn("SN1: left out: it has no model yet", done.stderr)
 
+    @long_test
     def test_a_unit_that_was_repaired_since_is_left_out(self):
         self.second_unit()
         self.soak("fit", "--unit", "SN1")
@@ -121,6 +122,7 @@ class Verdicts(ReleaseTest):
         failed = self.soak("verify", "--all", "--campaign", "verification", status=2)
         self.assertIn("no unit of the campaign can be verified", failed.stderr)
 
+    @long_test
     def test_a_unit_that_cannot_be_verified_keeps_no_other_from_it(self):
         self.second_unit()
         self.soak("fit", "--unit", "SN1")
@@ -139,6 +141,7 @@ class Verdicts(ReleaseTest):
         self.assertEqual([line for line in lines if "units" in line], [{"units": one} for one in document["units"]])
         self.assertEqual([line for line in lines if "not_verified" in line], [{"not_verified": one} for one in document["not_verified"]])
 
+    @long_test
     def test_one_of_all_that_is_interrupted_prints_what_it_came_to(self):
         self.second_unit()
         self.soak("fit", "--unit", "SN1")
@@ -183,6 +186,7 @@ class Marks(ReleaseTest):
                 self.assertEqual("NOT RELEASED" in text, not is_released, form)
                 self.assertEqual("SOAK_ACCEPT_UNRELEASED" in text, form == "c" and not is_released)
 
+    @long_test
     def test_a_newer_model_does_not_hide_the_released_one(self):
         self.released()
         self.soak("fit", "--unit", SERIAL)
@@ -190,6 +194,7 @@ class Marks(ReleaseTest):
         self.assertIn("--model 1", error["message"])
         self.assertFalse(Calibration.load(self.export("old.soakcal", "blob", "--model", 1).read_bytes()).unreleased)
 
+    @long_test
     def test_who_looks_at_a_file_is_told_that_it_is_not_released(self):
         self.soak("key", "new", "-o", self.folder / "lab.key")
         for is_released in (False, True):
@@ -206,6 +211,7 @@ class Marks(ReleaseTest):
                 printed = subprocess.run([os.environ["SOAK_BIN"], *map(str, arguments)], capture_output=True, text=True, check=True).stdout
                 self.assertIn("(SIMULATED)" if is_released else "(SIMULATED, NOT RELEASED)", printed)
 
+    @long_test
     def test_a_released_model_that_breaks_the_rule_now_is_refused_or_marked(self):
         self.released()
         run = self.soak_json("runs-list", "runs", "list", "--campaign", "campaign")["runs"][0]
@@ -250,6 +256,7 @@ class Rule(ReleaseTest):
         self.assertEqual(process.returncode, 1)
         return out, err
 
+    @long_test
     def test_one_that_is_interrupted_releases_nothing_afterwards(self):
         self.verify()
         out, err = self.interrupted("release", "--all", "--json")
@@ -257,6 +264,7 @@ class Rule(ReleaseTest):
         self.assertIn("interrupted", json.loads(err)["error"]["message"])
         self.assertEqual(self.shown()["state"], "verified")
 
+    @long_test
     def test_one_that_is_interrupted_tells_what_it_came_to(self):
         self.released()
         for lab, procedure in (("campaign", "import"), ("verification", "verification")):
@@ -286,12 +294,14 @@ class Rule(ReleaseTest):
         self.soak("import", self.write("more.csv", recording(run="later")), "--unit", SERIAL, "--campaign", "more", "--simulated")
         self.refused("not in it: later", "fit again with all")
 
+    @long_test
     def test_runs_count_by_what_they_are_and_not_by_the_times_of_their_records(self):
         self.verify()
         used = self.soak_json("runs-list", "runs", "list", "--campaign", "campaign")["runs"][0]
         self.enter("INSERT INTO void VALUES ('0', ?, ?, NULL, NULL, NULL, 'door', 'ann', 1.0)", used["run_id"], SERIAL)
         self.refused("1 of the runs that it was fitted to are withdrawn", "fit again")
 
+    @long_test
     def test_a_new_version_of_some_of_the_runs_is_not_fresh(self):
         self.soak("import", self.write("more.csv", recording(run="later")), "--unit", SERIAL, "--campaign", "more", "--simulated")
         self.soak("fit", "--unit", SERIAL, "--campaign", "campaign")
@@ -301,6 +311,7 @@ class Rule(ReleaseTest):
         self.soak("runs", "void", run["run_id"], "--unit", SERIAL, "--reason", "not wanted")
         self.soak("release", "--unit", SERIAL)
 
+    @long_test
     def test_a_copy_of_a_run_that_is_in_the_model_is_not_in_the_way(self):
         self.verify()
         copy = fitted_folder() / "lab" / "campaign" / f"{SERIAL}.csv"
@@ -313,6 +324,7 @@ class Rule(ReleaseTest):
             self.enter_record(SERIAL, damaged)
             self.assertIn("verify it again", self.refusal("release", "--unit", SERIAL, status=4)["message"])
 
+    @long_test
     def test_a_repaired_unit_needs_a_new_model(self):
         self.verify()
         self.soak("unit", "add", SERIAL, "--begin-epoch", "board repaired")
@@ -438,6 +450,7 @@ class HandOver(ReleaseTest):
             path.write_bytes(content)
         self.check()
 
+    @long_test
     def test_the_rule_holds_at_the_hand_over_too(self):
         self.released()
         run = self.soak_json("runs-list", "runs", "list", "--campaign", "campaign")["runs"][0]
@@ -456,6 +469,7 @@ class HandOver(ReleaseTest):
         self.refusal("export", "--unit", SERIAL, "--format", "blob", "--released", "-o", self.folder / "x")
         self.assertEqual(self.refusal(*self.arguments("-o", self.folder / "x"))["where"], "--output")
 
+    @long_test
     def test_no_other_calibration_file_lies_beside_the_manifest(self):
         self.released()
         self.soak(*self.arguments())
@@ -472,6 +486,7 @@ class HandOver(ReleaseTest):
         (self.out / "manifest.json").write_bytes(content)
         (self.out / "manifest.json.sig").write_bytes(prefix + ed25519.sign(seed, prefix + content).hex().encode() + b"\n")
 
+    @long_test
     def test_what_has_expired_is_told_by_unit(self):
         self.released()
         manifest = self.soak_json("export-all", *self.arguments())["manifest"]
@@ -507,6 +522,7 @@ class HandOver(ReleaseTest):
         self.signed(manifest)
         self.check()
 
+    @long_test
     def test_serial_numbers_that_would_have_one_file_name_have_two(self):
         serials = ["sn/1", "SN:1", "manifest", "L" * 90]
         for serial in serials:
@@ -523,6 +539,7 @@ class HandOver(ReleaseTest):
                                  "manifest": f"manifest-{digest['manifest']}.json", "L" * 90: f"{'L' * 60}-{digest['L' * 90]}.json"})
         self.check()
 
+    @long_test
     def test_a_damaged_record_of_one_unit_is_in_the_way_of_no_other(self):
         for lab, procedure in (("campaign", "import"), ("verification", "verification")):
             self.soak("import", fitted_folder() / "lab" / lab / f"{SERIAL}.csv", "--unit", "SN1", "--campaign", lab, "--procedure",
@@ -539,6 +556,7 @@ class HandOver(ReleaseTest):
         left_out = self.soak_json("export-all", *self.arguments())["left_out"]
         self.assertEqual([one["unit"] for one in left_out], ["SN1"])
 
+    @long_test
     def test_a_full_disk_leaves_nothing_behind(self):
         self.released()
         before = self.state()

@@ -13,7 +13,7 @@ import unittest
 
 import test_fit
 from run_digest import open_catalog
-from soak_cli import HEADER, ROOT, SoakTest, check_schema, shared_data
+from soak_cli import HEADER, ROOT, SoakTest, check_schema, long_test, shared_data
 from test_fit import SENSORS, SERIAL
 
 tearDownModule = test_fit.tearDownModule
@@ -209,6 +209,7 @@ class Report(test_fit.FittedTest):
             squares = [p["residual"] ** 2 for p in points]
             self.assertAlmostEqual(sensor["rows"]["rmse_abs"], math.sqrt(sum(squares) / len(squares)), delta=1e-12)
 
+    @long_test
     def test_the_training_error_of_a_deployed_anfis_is_that_of_its_rows(self):
         # Of four runs: of up to three another family is deployed where it is expected to err less.
         subprocess.run([os.environ["SOAK_SIM_BIN"], "--out", self.folder / "lab", "--units", "1", "--runs", "4", "--rows-per-position",
@@ -223,6 +224,7 @@ class Report(test_fit.FittedTest):
             self.assertAlmostEqual(document["sections"]["sensors"][name]["rows"]["rmse_abs"],
                                    fit["sensors"][name]["train_rmse"], delta=1e-9)
 
+    @long_test
     def test_without_limits_nothing_passes(self):
         document, page = self.report()
         self.assertEqual(document["sections"]["summary"]["verdict"], "info")
@@ -280,6 +282,7 @@ class Report(test_fit.FittedTest):
         failing = ("report", "--campaign", "campaign", "-o", file, "--limits", self.limits(0.0001, 1.0))
         self.assertIn("1 of 2 units exceed their limits", self.soak(*failing, status=5).stderr)
 
+    @long_test
     def test_simulated_data_are_marked_unit_by_unit_in_the_report_of_a_campaign(self):
         path = test_fit.fitted_folder() / "lab" / "campaign" / f"{SERIAL}.csv"
         self.soak("import", path, "--unit", "REAL", "--campaign", "campaign")
@@ -295,6 +298,7 @@ class Report(test_fit.FittedTest):
         self.assertNotIn('class="watermark"', page.source)
         self.assertIn("<title>Calibration report", page.source)
 
+    @long_test
     def test_what_is_wrong_with_one_unit_is_an_error_of_the_campaign_too(self):
         page = self.folder / "page.html"
         next((self.data / "runs").glob("*.soakrun")).unlink()
@@ -303,6 +307,7 @@ class Report(test_fit.FittedTest):
         self.assertTrue(of_unit["where"])
         self.assertFalse(page.exists())
 
+    @long_test
     def test_limits_that_are_wrong_for_a_type_refuse_the_campaign_as_they_do_the_unit(self):
         units = self.folder / "procedures" / "units"
         units.mkdir(parents=True)
@@ -323,6 +328,7 @@ class Report(test_fit.FittedTest):
         self.assertIn("no run that counts", self.refusal("report", "--campaign", "campaign", "-o", path)["message"])
         self.assertFalse(path.exists())
 
+    @long_test
     def test_limits_without_fresh_runs_are_not_measured(self):
         self.soak("runs", "void", "V01", "--reason", "test")
         document, page = self.report("--limits", self.limits(1.0, 1.0))
@@ -330,6 +336,7 @@ class Report(test_fit.FittedTest):
         self.assertIn("NOT MEASURED", page.text)
         self.assertIsNone(document["sections"]["sensors"]["gyro_x"]["fresh"])
 
+    @long_test
     def test_a_run_entered_later_is_named_and_not_shown_as_fitted(self):
         before, _ = self.report()
         path = test_fit.fitted_folder() / "lab" / "verification" / f"{SERIAL}.csv"
@@ -344,6 +351,7 @@ class Report(test_fit.FittedTest):
         self.assertEqual(uses[("campaign", "R01")], "fitted")
         self.assertIn("later", page.text)
 
+    @long_test
     def test_what_was_withdrawn_since_the_fit_is_told_with_reason_and_user(self):
         self.soak("runs", "void", "R02", "--reason", "loose <b>fixture</b>", "--user", "Mo & Jo")
         document, page = self.report()
@@ -387,6 +395,7 @@ class Report(test_fit.FittedTest):
         self.assertGreater(coefficient["ci95"][1], 0.02 / math.sqrt(10) * 0.98)
         self.assertIn(["random walk of the integral (N)"], [row[:1] for row in page.named("Noise coefficients")[0]])
 
+    @long_test
     def test_a_model_of_an_older_version_has_its_page(self):
         database = open_catalog(self.data / "station.db")
         ((text,),) = database.execute("SELECT document FROM model").fetchall()
@@ -403,6 +412,7 @@ class Report(test_fit.FittedTest):
         _, page = self.report()
         self.assertNotIn("Uncertainty budget", page.tables)
 
+    @long_test
     def test_an_older_version_says_that_it_is_not_the_newest(self):
         self.soak("fit", "--unit", SERIAL, "--rules", "3")
         document, _ = self.report("--model", "1")
@@ -410,6 +420,7 @@ class Report(test_fit.FittedTest):
         self.assertIn("older_model", [w["code"] for w in document["sections"]["summary"]["warnings"]])
         self.assertEqual(self.report()[0]["model"], 2)
 
+    @long_test
     def test_a_model_from_before_a_repair_says_so(self):
         self.soak("unit", "add", SERIAL, "--begin-epoch", "board repaired")
         document, _ = self.report()
@@ -430,6 +441,7 @@ class Report(test_fit.FittedTest):
         next((self.data / "runs").glob("*.soakrun")).unlink()
         self.refusal("report", "--unit", SERIAL, "-o", self.folder / "page.html", status=4)
 
+    @long_test
     def test_a_changed_run_file_is_damage(self):
         path = next((self.data / "runs").glob("*.soakrun"))
         content = bytearray(path.read_bytes())

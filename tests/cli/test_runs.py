@@ -5,7 +5,7 @@ import sqlite3
 import subprocess
 import unittest
 
-from soak_cli import SoakTest, recording
+from soak_cli import SoakTest, long_test, recording
 
 
 class Runs(SoakTest):
@@ -26,6 +26,7 @@ class Runs(SoakTest):
         for name in (self.run_id, self.run_id[:23], "a"):
             self.assertEqual(self.soak_json("runs-show", "runs", "show", name)["run"]["run_id"], self.run_id)
 
+    @long_test
     def test_a_label_of_two_runs_is_refused_with_both(self):
         other = self.imported("a2.csv", recording(seed=3, run="a", seconds=10), "--campaign", "third")["run_id"]
         message = self.refusal("runs", "show", "a")["message"]
@@ -52,6 +53,7 @@ class Runs(SoakTest):
         self.assertEqual(shown["voids"][0]["user"], "eva")
         self.assertTrue((self.data / "runs" / shown["run"]["file"]).exists())
 
+    @long_test
     def test_void_refuses_what_is_not_there(self):
         for arguments, words in ((("--visit", "7", "--reason", "x"), "0/+X/0"), (("--position", "+X", "--reason", "x"), "--visit"),
                                  ((), "--reason"), (("--reason", ""), "--reason")):
@@ -79,6 +81,7 @@ class Runs(SoakTest):
         path.write_bytes(sound)
         self.soak("runs", "verify")
 
+    @long_test
     def test_verify_names_a_missing_file(self):
         (self.data / "runs" / f"{self.run_id}.soakrun").unlink()
         done = self.soak("runs", "verify", status=4)
@@ -121,6 +124,7 @@ class Units(SoakTest):
         self.soak("import", path, "--unit", "Z2", "--type", "vn-200")
         self.assertEqual(self.soak_json("unit-list", "unit", "show", "Z2")["units"][0]["type"], "vn-200")
 
+    @long_test
     def test_a_unit_whose_type_has_lost_its_file_is_told_of(self):
         folder = self.folder / "procedures" / "units"
         folder.mkdir(parents=True)
@@ -156,17 +160,16 @@ class Frame(SoakTest):
             self.assertIn("Subcommands:", done.stdout)
 
     def subcommands(self, *group):
-        """All commands below `group`, as the help lists them."""
-        found, listed = [], self.run_bare(*group, "--help").stdout.partition("Subcommands:\n")[2].partition("\n\n")[0]
-        for name in [line.split()[0] for line in listed.splitlines() if line.startswith("  ") and line[2] != " "]:
-            found += self.subcommands(*group, name) or [(*group, name)]
-        return found
+        """All commands below `group`, as the help lists them, each with its own; `group` itself where none is below it."""
+        text = self.run_bare(*group, "--help").stdout
+        listed = text.partition("Subcommands:\n")[2].partition("\n\n")[0]
+        names = [line.split()[0] for line in listed.splitlines() if line.startswith("  ") and line[2] != " "]
+        return [found for name in names for found in self.subcommands(*group, name)] or [(group, text)]
 
     def test_every_command_has_an_example_of_its_own(self):
         commands = self.subcommands()
         self.assertGreater(len(commands), 40)
-        for command in commands:
-            text = self.run_bare(*command, "--help").stdout
+        for command, text in commands:
             self.assertIn("Example:\n  soak " + " ".join(command), text)
             self.assertIn("--data DIR", text)
 

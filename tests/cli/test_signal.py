@@ -9,7 +9,7 @@ import signal
 import subprocess
 import unittest
 
-from soak_cli import ROOT, SoakTest, recording, shared_data
+from soak_cli import ROOT, SoakTest, long_test, recording, shared_data
 
 VECTORS = ROOT / "tests" / "data" / "vectors"
 
@@ -164,6 +164,7 @@ class Allan(Signal):
         document = self.soak_json("signal-allan", "signal", "allan", path, "--column", "gx_dps", "--rate-hz", "100")
         self.assertEqual((document["samples"], document["missing"]), (3960, 40))
 
+    @long_test
     def test_segments_that_the_gate_rejected_are_left_out(self):
         text = recording(seconds=60)
         lines = text.split("\n")
@@ -177,6 +178,7 @@ class Allan(Signal):
         self.assertEqual(json.loads(done.stdout)["samples"], 1320)
         self.assertRegex(done.stderr, r"(?m)^soak: accel_y: .*'soak runs show'")
 
+    @long_test
     def test_an_interrupt_ends_it_without_output(self):
         path = self.csv_of(self.white * 100, rate_hz=100)
         process = subprocess.Popen(self.command("signal", "wmra", path, "--column", "gx_dps", "-o", self.folder / "o.csv"),
@@ -254,6 +256,7 @@ class Wmra(Signal):
                     for row, number in zip(rows, numbers):
                         self.assertAlmostEqual(float(row[column]), number, places=10)
 
+    @long_test
     def test_a_run_is_split_stretch_by_stretch(self):
         self.imported("r.csv", recording(seconds=60))
         out = self.folder / "out.csv"

@@ -7,7 +7,7 @@ import unittest
 
 import test_fit
 from blob_reader import crc32c
-from soak_cli import ROOT, check_schema
+from soak_cli import ROOT, check_schema, long_test
 from test_fit import SENSORS, SERIAL, FittedTest, fitted_folder
 
 TYPE = "name = \"generic\"\n[limits]\ngyro = 0.2\naccel = 0.2\n"
@@ -100,6 +100,7 @@ class Verify(FittedTest):
         self.assertIn("'gyro_w'", message)
         self.assertIn("generic.toml:6: ", message)
 
+    @long_test
     def test_a_sensor_with_a_limit_and_no_rows_is_not_measured(self):
         self.partial_campaign(lambda row: {**row, "gy_dps": ""}, "without")
         document = self.verify("--limits", self.limits("gyro = 0.2\naccel = 0.2\n"), campaign="without")
@@ -108,6 +109,7 @@ class Verify(FittedTest):
         self.assertEqual(document["sensors"]["gyro_x"]["verdict"], "pass")
         self.assertEqual(document["verdict"], "info")
 
+    @long_test
     def test_half_the_range_is_not_measured_but_may_fail(self):
         self.partial_campaign(lambda row: row if float(row["plateau_c"]) < 20 else None, "cold")
         document = self.verify("--limits", self.limits("gyro = 0.2\naccel = 0.2\n"), campaign="cold")
@@ -130,6 +132,7 @@ class Verify(FittedTest):
         self.assertLess(first["guard_factor"], 4.4)  # two degrees of freedom
         self.assertEqual(document["decision_rule"]["false_acceptance_max"], 0.025)
 
+    @long_test
     def test_the_rule_promises_its_risk_only_where_u_leaves_nothing_out(self):
         rule = self.verify()["decision_rule"]["text"]
         self.assertIn("(fixture, gravity)", rule)
@@ -177,6 +180,7 @@ class Verify(FittedTest):
         self.assertEqual(document["sensors"]["gyro_z"]["scale"]["verdict"], "not_measured", "a gyro at rest shows none")
         self.assertEqual(document["verdict"], "info")
 
+    @long_test
     def test_it_says_at_which_temperatures(self):
         document = self.verify()
         temps = document["sensors"]["gyro_x"]["temps_c"]

@@ -5,6 +5,7 @@
 #include "db/durable.h"
 #include "db/run/run_file.h"
 #include "tests/db/support.h"
+#include "tests/long_tests.h"
 
 namespace soak::db {
 namespace {
@@ -38,6 +39,7 @@ class DamagedRunFile : public ::testing::Test {
 };
 
 TEST_F(DamagedRunFile, NamesFileChannelAndChunkOfAFlippedByte) {
+  SOAK_LONG_TEST();
   SQLite::Database database(path_.string(), SQLite::OPEN_READWRITE);
   database.exec("PRAGMA synchronous = OFF");
   SQLite::Statement query(database, "SELECT id, data FROM chunk WHERE channel_id = 2 AND first_row = 16384");

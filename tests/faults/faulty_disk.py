@@ -7,7 +7,9 @@ import shutil
 import subprocess
 import sys
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "cli"))
+TESTS = pathlib.Path(__file__).resolve().parents[1]
+sys.path[:0] = [str(TESTS), str(TESTS / "cli")]
+from long_tests import LONG_TESTS  # noqa: E402, F401 (the tests take it from here)
 from soak_cli import SoakTest, recording  # noqa: E402
 
 ERRORS = {"ENOSPC": errno.ENOSPC, "EIO": errno.EIO}

@@ -11,14 +11,14 @@ import sqlite3
 import subprocess
 import unittest
 
-from faulty_disk import DiskTest, recording
+from faulty_disk import LONG_TESTS, DiskTest, recording
 
-BITS = int(os.environ.get("SOAK_FLIPS", "200"))
+BITS = int(os.environ.get("SOAK_FLIPS", "200" if LONG_TESTS else "40"))
 VALUES = BITS // 2
 
 
 class Flips(DiskTest):
-    """SOAK_FLIPS=N: so many bits of the catalog, half as many bits of a run file and values of rows."""
+    """SOAK_FLIPS=N: so many bits of the catalog, half as many bits of a run file and values of rows; 200 where long tests are wanted."""
     def setUp(self):
         super().setUp()
         for number in (1, 2, 3):

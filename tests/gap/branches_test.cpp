@@ -10,6 +10,7 @@
 
 #include "calib/gap/report/gap_report.h"
 #include "tests/gap/made_up_ramps.h"
+#include "tests/long_tests.h"
 
 namespace soak::calib::gap {
 namespace {
@@ -163,6 +164,7 @@ TEST(Branches, NeverNameADrift) {
 }
 
 TEST(Branches, NameNothingThatTheLibraryDoesNotKnow) {
+  SOAK_LONG_TEST();
   const std::map<std::string, std::function<RampEffect(const RampPlan&)>> kinds = {
       {"random walk", [](const RampPlan& plan) { return walk(15.0, plan.seed); }},
       {"wave in time",

@@ -11,6 +11,7 @@
 #include "calib/gap/report/gap_report.h"
 #include "tests/gap/gap_notes.h"
 #include "tests/gap/made_up_campaign.h"
+#include "tests/long_tests.h"
 
 namespace soak::calib::gap {
 namespace {
@@ -75,6 +76,7 @@ TEST(FineTemperature, OfAThermometerThatTruncatesIsRightButForAConstant) {
 
 /// Why no number needs the certificate of the air probe.
 TEST(FineTemperature, AConstantErrorOfTheAirDropsOut) {
+  SOAK_LONG_TEST();
   const LoggedCampaign coarse = made_up::in_whole_degrees(made_up::campaign({}, made_up::nothing()));
   LoggedCampaign warmer = coarse;
   for (LoggedRun& run : warmer.runs) {
@@ -94,6 +96,7 @@ TEST(FineTemperature, AConstantErrorOfTheAirDropsOut) {
 }
 
 TEST(FineTemperature, LetsAHysteresisBeNamed) {
+  SOAK_LONG_TEST();
   const Plan plan;
   const LoggedCampaign coarse = made_up::in_whole_degrees(made_up::campaign(plan, made_up::hysteresis(plan)));
   EXPECT_TRUE(is_not_testable(find_gap(coarse, 1), "thermal_hysteresis"));
@@ -106,6 +109,7 @@ TEST(FineTemperature, LetsAHysteresisBeNamed) {
 }
 
 TEST(FineTemperature, OfAUnitWithoutEffectsNamesNothing) {
+  SOAK_LONG_TEST();
   for (std::uint64_t seed = 1; seed <= made_up::fewer_under_sanitizers(3); ++seed) {
     Plan plan;
     plan.seed = seed;

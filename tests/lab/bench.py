@@ -23,7 +23,8 @@ from pymodbus.client import ModbusTcpClient
 from short_procedure import short_procedure  # noqa: F401 (the tests take it from here)
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tools"))
+sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "tests")]
+from long_tests import LONG_TESTS, REASON, long_test  # noqa: E402, F401 (the tests take it from here)
 from lab_session import LabSession, ProgramFailed, bin_folder, end  # noqa: E402
 
 OFF, AUTO = 62, 10  # modes of the controller
@@ -202,11 +203,17 @@ class LabTest(unittest.TestCase):
         self.assertEqual(self.modbus("relay").read_holding_registers(16, count, 1).registers, [0] * count, "units are on")
 
 
+def is_long(case):
+    """Whether it is left out here."""
+    return getattr(getattr(case, case.id().split(".")[-1]), "__unittest_skip_why__", "") == REASON
+
+
 def main(first=(), at_once=AT_ONCE):
     """Runs the tests of the calling script, several at once, each in a process of its own; those that are named in `first`
     (the longest ones) are begun first. With a test's name as argument only that one, in this process."""
     loader = unittest.defaultTestLoader.loadTestsFromModule(sys.modules["__main__"])
-    names = [case.id().removeprefix("__main__.") for suite in loader for case in suite]
+    cases = [case for suite in loader for case in suite]
+    names = [case.id().removeprefix("__main__.") for case in cases if not is_long(case)]
     names.sort(key=lambda name: name.split(".")[-1] not in first)
     if len(sys.argv) > 1 or len(names) == 1:
         unittest.main()
@@ -219,5 +226,7 @@ def main(first=(), at_once=AT_ONCE):
             print(result.stdout + result.stderr, flush=True)
         return result.returncode
 
+    for case in filter(is_long, cases):
+        print(f"skipped   {case.id().removeprefix('__main__.')} ({REASON})", flush=True)
     with ThreadPoolExecutor(at_once) as pool:
         sys.exit(max(pool.map(run, names)))

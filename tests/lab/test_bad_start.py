@@ -6,7 +6,7 @@ import subprocess
 import unittest
 
 import bench
-from bench import AUTO, OFF, LabTest, short_procedure
+from bench import AUTO, OFF, LabTest, long_test, short_procedure
 from lab_session import ROOT, ProgramFailed, bin_folder, end
 
 
@@ -43,6 +43,7 @@ class BadStart(LabTest):
         client.write_registers(2776, self.words_f32(60.0), 1)
         self.assertIn("60", self.refused(2, short_procedure(set_points=(25, 70))))
 
+    @long_test
     def test_a_pre_flight_in_a_hot_chamber(self):
         self.start_lab(rate=2000)
         client = self.modbus("chamber")
@@ -76,6 +77,7 @@ class BadStart(LabTest):
         self.assertEqual(self.query("SELECT * FROM run"), [])
         self.assert_safe()
 
+    @long_test
     def test_once_the_right_units_are_in_their_slots_the_campaign_goes_on(self):
         self.start_lab(units=2, cut=("unit1", "unit2"))
         wires = self.proxies["unit1"], self.proxies["unit2"]
@@ -94,6 +96,7 @@ class BadStart(LabTest):
         self.assertEqual(self.wait_for_end()["state"], "finished")
         self.assertEqual({run for (run,) in self.query("SELECT DISTINCT unit FROM run")}, {"0380A001", "0380A002"})
 
+    @long_test
     def test_a_unit_mounted_otherwise_than_stated_is_found_at_the_first_turn(self):
         self.start_lab(edit=lambda text: text.replace('axes = ["+X", "+Y", "+Z"]', 'axes = ["+X", "-Y", "-Z"]'))
         self.start_campaign(short_procedure())
@@ -116,9 +119,11 @@ class BadStart(LabTest):
         self.assertNotIn("0380A001", status["reason"])
         self.assert_safe()
 
+    @long_test
     def test_one_of_two_units_that_reads_otherwise_is_left_out_of_a_run(self):
         self.expect_with_one_of_two_units_mounted_otherwise(0, "finished")
 
+    @long_test
     def test_one_of_two_units_that_reads_otherwise_ends_the_pre_flight(self):
         self.expect_with_one_of_two_units_mounted_otherwise(10, "failed")
 

@@ -9,7 +9,7 @@ import urllib.error
 import urllib.request
 
 import bench
-from bench import AUTO, ROOT, LabTest, short_procedure
+from bench import AUTO, ROOT, LabTest, long_test, short_procedure
 from lab_session import end
 
 
@@ -181,12 +181,15 @@ class Campaign(LabTest):
     def test_a_plateau_at_which_a_unit_never_settles_is_skipped(self):
         self.expect_of_a_unit_that_never_settles("skip_plateau", "finished", segments=0, skipped=2)
 
+    @long_test
     def test_a_plateau_at_which_a_unit_never_settles_is_recorded_all_the_same(self):
         self.expect_of_a_unit_that_never_settles("record", "finished", segments=4, skipped=0)
 
+    @long_test
     def test_a_unit_that_never_settles_ends_the_campaign(self):
         self.expect_of_a_unit_that_never_settles("abort", "failed", segments=0, skipped=0)
 
+    @long_test
     def test_a_set_point_that_was_changed_at_the_controller_is_commanded_again(self):
         self.start_lab()
         self.start_campaign(short_procedure())
@@ -197,6 +200,7 @@ class Campaign(LabTest):
         plateaus = dict(self.query("SELECT visit, avg(temp_c) FROM segment GROUP BY visit"))
         self.assertAlmostEqual(plateaus[0], 15.0, delta=2.0)
 
+    @long_test
     def test_a_set_point_that_the_controller_refuses_ends_the_campaign(self):
         self.start_lab()
         self.start_campaign(short_procedure())

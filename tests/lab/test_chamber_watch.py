@@ -11,7 +11,7 @@ import time
 import unittest
 
 import bench
-from bench import AUTO, OFF, LabTest, short_procedure
+from bench import AUTO, OFF, LabTest, long_test, short_procedure
 from modbus_proxy import READ, WRITE_ONE, reads, with_read_f32
 
 AIR, MODE = 2820, 2730
@@ -85,6 +85,7 @@ class ChamberWatch(LabTest):
         text = self.with_link(text, "chamber", response_timeout_s=TIMEOUT_S, poll_s=SHORTEST_POLL_S)
         return self.with_link(text, "power", response_timeout_s=TIMEOUT_S)
 
+    @long_test
     def test_a_trip_in_the_very_turn_in_which_the_last_step_ends_ends_the_campaign_as_tripped(self):
         """The engine has looked at the watch for the last time when the trip comes. What is held back makes that so: first the command
         that switches the unit off, until the run is sealed and the chamber due to be read again, then that reading, which begins the

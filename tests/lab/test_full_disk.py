@@ -5,7 +5,7 @@ import time
 import unittest
 
 import bench
-from bench import LabTest, short_procedure
+from bench import LabTest, long_test, short_procedure
 
 
 class FullDisk(LabTest):
@@ -29,6 +29,7 @@ class FullDisk(LabTest):
                 pass
         return filler
 
+    @long_test
     def test_a_full_disk_does_not_hold_a_chamber_that_is_on_its_way_to_the_safe_state(self):
         data = self.mount("160m")
         self.start_lab(rate=50)

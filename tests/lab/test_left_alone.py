@@ -7,7 +7,7 @@ import time
 import unittest
 
 import bench
-from bench import LabTest, short_procedure
+from bench import LabTest, long_test, short_procedure
 from modbus_proxy import refuses
 
 SECOND = "0380A002"
@@ -29,6 +29,7 @@ class DataFolder(LabTest):
     def start(self):
         return self.lab.soak("campaign", "start", self.write("procedure.toml", short_procedure()), "--name", "c")
 
+    @long_test
     def test_one_that_goes_away_under_an_idle_station_is_a_problem_and_no_campaign_begins(self):
         self.start_lab()
         self.assertIsNone(self.trouble(self.status()))
@@ -67,6 +68,7 @@ class DataFolder(LabTest):
 
 
 class Units(LabTest):
+    @long_test
     def test_one_that_was_dropped_and_sends_again_is_said_to_be_dropped(self):
         self.start_lab(units=2, rate=50, cut=["unit2"])
         self.start_campaign(short_procedure(dwell_s=3000))
@@ -81,6 +83,7 @@ class Units(LabTest):
         self.assertTrue(status["units"][1]["dropped"])
         self.assertRegex(self.lab.soak("campaign", "status"), f"{SECOND}.*dropped")
 
+    @long_test
     def test_a_campaign_that_waits_ends_safely_when_all_of_them_are_dropped(self):
         self.start_lab(rate=400, cut=["chamber", "unit1"])
         self.start_campaign(short_procedure(dwell_s=6000, extra="[suspend]\ngive_up_h = 100.0\n"))
@@ -115,6 +118,7 @@ class ChamberWithoutHope(LabTest):
         self.assert_safe()
 
 
+    @long_test
     def test_a_station_that_is_asked_to_stop_gives_up_a_chamber_that_answers_and_does_not_go_off(self):
         self.start_lab(rate=400, edit=self.with_chamber_proxy)
         self.start_campaign(short_procedure(set_points=(25,)))

@@ -12,7 +12,7 @@ import unittest
 import urllib.request
 
 import bench
-from bench import AUTO, OFF, LabTest, short_procedure
+from bench import AUTO, OFF, LabTest, long_test, short_procedure
 from lab_session import bin_folder
 from modbus_proxy import forgets, refuses
 
@@ -81,6 +81,7 @@ class MakeSafe(LabTest):
         self.assertEqual(self.wait_for_end()["state"], "interrupted")
         self.assert_safe()
 
+    @long_test
     def test_a_cold_chamber_is_warmed_above_the_dew_point_of_the_room(self):
         self.start(-20)
         self.kill_soakd()
@@ -120,6 +121,7 @@ class MakeSafe(LabTest):
         message = self.soak_fails(2, "chamber", "make-safe", "--config", self.config, "--data", self.lab.data)
         self.assertIn(str(self.lab.soakd.pid), message)
 
+    @long_test
     def test_a_soakd_that_hangs_is_gone_round(self):
         self.start(60)
         self.lab.soakd.send_signal(signal.SIGSTOP)
@@ -128,6 +130,7 @@ class MakeSafe(LabTest):
         self.assertEqual((done["action"], done["beside_soakd"]), ("driven", True))
         self.assertEqual((self.chamber()[0], self.chamber()[2]), (AUTO, SAFE_C))
 
+    @long_test
     def test_a_soakd_that_the_chamber_does_not_answer_is_gone_round(self):
         """The wire of soakd is dead; that of make-safe is another one."""
         self.start_lab(cut=["chamber"])
@@ -157,6 +160,7 @@ class MakeSafe(LabTest):
     def test_a_chamber_that_refuses_the_set_point_is_switched_off(self):
         self.expect_off_where_the_set_point(refuses(SET_POINT))
 
+    @long_test
     def test_a_chamber_that_forgets_the_set_point_is_switched_off(self):
         self.expect_off_where_the_set_point(forgets(SET_POINT))
 
@@ -172,6 +176,7 @@ class MakeSafe(LabTest):
         self.assertIn("alarm 1", done["alarms"])
         self.assertEqual(self.chamber()[:3], (OFF, 0.0, 60.0))
 
+    @long_test
     def test_a_chamber_that_reads_nonsense_is_switched_off(self):
         self.start(60, through_proxy=True)
         self.kill_soakd()
@@ -180,6 +185,7 @@ class MakeSafe(LabTest):
         self.assertEqual((done["action"], done["air_c"], done["running"]), ("switched_off", None, None))
         self.assertEqual(self.chamber()[:2], (OFF, 0.0))
 
+    @long_test
     def test_what_cannot_be_made_safe_is_a_device_that_failed(self):
         self.start(60, through_proxy=True)
         self.kill_soakd()

@@ -8,7 +8,7 @@ import urllib.error
 import urllib.request
 
 import bench
-from bench import AUTO, LabTest, short_procedure
+from bench import AUTO, LabTest, long_test, short_procedure
 
 MODE = 2730  # register of the controller: control mode
 NOTICE_S = 300.0  # of process time before a campaign begins by itself
@@ -77,6 +77,7 @@ class Queue(LabTest):
             self.assertGreater(rate * (times[after][0] - times[before][1]), 0.95 * NOTICE_S, "people have their time to stop it")
         self.assert_safe()
 
+    @long_test
     def test_the_status_names_the_time_and_an_abort_before_it_stops_the_next_one(self):
         self.begin_two(SLOW)
         status = self.wait_for_state("a", "finished")
@@ -87,6 +88,7 @@ class Queue(LabTest):
         self.assert_waits_for_somebody("finished")
         self.assertEqual(self.waiting(), (["b"], "somebody"))
 
+    @long_test
     def test_after_an_abort_the_queue_waits_whatever_finishes_until_somebody_lets_it_go_on(self):
         self.begin_two(400)
         self.lab.soak("campaign", "abort", "--reason", "a cable is loose")
@@ -105,6 +107,7 @@ class Queue(LabTest):
         self.expect_states(("a", "aborted"), ("b", "finished"), ("c", "finished"), ("meanwhile", "finished"))
         self.soak_fails(2, "campaign", "next")
 
+    @long_test
     def test_on_a_station_that_has_nothing_to_do_it_waits_for_somebody(self):
         self.start_lab(rate=400)
         self.assertEqual(self.queue("a")["before"], 0)
@@ -112,6 +115,7 @@ class Queue(LabTest):
         self.lab.soak("campaign", "next")
         self.wait_for_state("a", "finished")
 
+    @long_test
     def test_the_queue_outlives_a_killed_soakd_and_goes_on_behind_the_resumed_campaign(self):
         self.begin_two(400)
         self.wait_for_step("record")
@@ -135,6 +139,7 @@ class Queue(LabTest):
                 authors += [text for (text,) in run.execute("SELECT text FROM event WHERE kind = 'begun'")]
         return authors
 
+    @long_test
     def test_a_campaign_of_the_queue_keeps_who_put_it_there_whoever_begins_it(self):
         self.start_lab(rate=2000)
         self.queue("a")
@@ -150,6 +155,7 @@ class Queue(LabTest):
         self.assertEqual(self.author_in_runs("a"), ["by rita, queued by paula"])
         self.assertEqual(self.author_in_runs("b"), ["by soakd, queued by quentin"])
 
+    @long_test
     def test_nothing_begins_by_itself_after_a_restart_though_the_last_campaign_had_finished(self):
         self.begin_two(SLOW)
         self.wait_for_state("a", "finished")
@@ -166,6 +172,7 @@ class Queue(LabTest):
         self.assertEqual((status["state"], status["queue"]["waits_for"]), ("finished", "somebody"))
         self.assertEqual(self.chamber()[0], AUTO, "it is left as it is")
 
+    @long_test
     def test_a_chamber_that_was_silent_gives_notice_again_before_the_next_one_begins(self):
         self.begin_two(SLOW, cut=("chamber",))
         self.wait_for_state("a", "finished")

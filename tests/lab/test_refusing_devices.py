@@ -5,7 +5,7 @@ import struct
 import unittest
 
 import bench
-from bench import AUTO, OFF, LabTest, short_procedure
+from bench import AUTO, OFF, LabTest, long_test, short_procedure
 from modbus_proxy import forgets, refuses, says_so_and_goes_on
 
 SET_POINT, MODE = 2782, 2730
@@ -45,6 +45,7 @@ class RefusingChamber(LabTest):
         self.abort_with(refuses(SET_POINT))
         self.expect_off_without_warmth(60.0)
 
+    @long_test
     def test_a_cold_chamber_that_forgets_its_set_point_is_switched_off_and_the_units_stay_on_until_they_are_dry(self):
         self.start(-20)
         self.abort_with(forgets(SET_POINT))
@@ -53,6 +54,7 @@ class RefusingChamber(LabTest):
         self.expect_off_without_warmth(-20.0)
         self.assertGreater(self.chamber()[3], 15.0)
 
+    @long_test
     def test_a_chamber_that_cannot_be_switched_off_is_told_so_once_a_second_and_not_more(self):
         self.start(25)
         self.abort_with(refuses(MODE))
@@ -68,6 +70,7 @@ class RefusingChamber(LabTest):
         self.assertEqual(self.wait_for_end()["state"], "aborted")
         self.assert_safe()
 
+    @long_test
     def test_a_chamber_whose_register_says_off_while_it_heats_is_written_to_until_it_is_off(self):
         self.start(25)
         self.abort_with(says_so_and_goes_on(MODE, OFF, times=2))
@@ -75,6 +78,7 @@ class RefusingChamber(LabTest):
         self.assert_safe()
         self.assertEqual(self.proxy.writes_to(MODE).count(struct.pack(">H", OFF)), 3)
 
+    @long_test
     def test_the_end_of_a_campaign_waits_for_somebody_where_the_chamber_cannot_be_switched_off(self):
         self.start(25, dwell_s=30)
         self.proxy.answer = forgets(MODE)

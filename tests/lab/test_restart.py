@@ -12,7 +12,7 @@ import time
 import unittest
 
 import bench
-from bench import ENDED, LabTest, short_procedure
+from bench import ENDED, LabTest, long_test, short_procedure
 from lab_session import ProgramFailed, end
 from modbus_proxy import WRITE_ONE, reads
 
@@ -134,6 +134,7 @@ class Restart(LabTest):
                 self.lab.soak("runs", "verify")
                 self.stop_lab()
 
+    @long_test
     def test_a_campaign_that_is_killed_after_its_last_step_is_brought_to_its_end(self):
         self.start_lab(rate=400)
         self.start_campaign(short_procedure(set_points=SET_POINTS_C[:1], positions=POSITIONS))
@@ -151,6 +152,7 @@ class Restart(LabTest):
         self.assert_safe()
         self.assertEqual(self.query("SELECT label FROM run"), [("R01",)])
 
+    @long_test
     def test_a_command_of_a_killed_soakd_that_comes_after_the_safe_end_is_undone(self):
         """It was on its way to the relays when soakd was killed, and gets there once the next one has found the unit off."""
         on_its_way, may_come, is_there = (threading.Event() for _ in range(3))
@@ -187,6 +189,7 @@ class Restart(LabTest):
         self.assert_event("power", "power", 1)
         self.assert_safe()
 
+    @long_test
     def test_a_run_is_repeated_where_the_procedure_says_so(self):
         self.start_lab(rate=400)
         text = short_procedure(set_points=SET_POINTS_C, positions=POSITIONS).replace("[temperatures]", 'on_break = "repeat_run"\n[temperatures]', 1)
@@ -201,6 +204,7 @@ class Restart(LabTest):
         self.assertEqual([s[:2] for s in self.usable_segments("R01.2")],
                          [(v, p) for v in range(4) for p in POSITIONS])
 
+    @long_test
     def test_an_aborted_run_is_void(self):
         self.start_lab(rate=400)
         self.start_campaign(short_procedure(set_points=SET_POINTS_C, positions=POSITIONS))

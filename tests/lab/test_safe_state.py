@@ -1,30 +1,32 @@
 # SPDX-License-Identifier: Apache-2.0
 """Whatever dies at whatever step: the chamber's own registers say that it is warm and off, and the event log says why.
-Here each fault has some kinds of step; `./run prove safe-states` takes all of them."""
+Here each fault has a kind of step, two where long tests are wanted; `./run prove safe-states` takes all of them."""
 import os
 import signal
 import time
 import unittest
 
 import bench
-from bench import OFF, LabTest, short_procedure
+from bench import OFF, LabTest, long_test, short_procedure
 
 STEPS = ("power_on", "move", "set_temperature", "wait_stable", "record", "check", "warm_end", "power_off")
 ALL = os.environ.get("SOAK_ALL_STEPS") == "1"
 
 
-def at_steps(*sample):
-    """Makes one test for each kind of step out of a function of it."""
+def at_steps(first, *others):
+    """Makes one test for each kind of step out of a function of it; those of `others` are long."""
     def decorate(function):
-        function.steps = STEPS if ALL else sample
+        function.steps = {kind: not ALL and kind != first for kind in (STEPS if ALL else (first, *others))}
         return function
     return decorate
 
 
 def spread_over_steps(cls):
     for name, function in list(vars(cls).items()):
-        for kind in getattr(function, "steps", ()):
-            setattr(cls, f"test_{name}_at_{kind}", lambda self, f=function, k=kind: f(self, k))
+        for kind, is_long in getattr(function, "steps", {}).items():
+            def test(self, f=function, k=kind):
+                return f(self, k)
+            setattr(cls, f"test_{name}_at_{kind}", long_test(test) if is_long else test)
     return cls
 
 
@@ -76,6 +78,7 @@ class SafeState(LabTest):
         if kind in ("power_on", "set_temperature", "wait_stable"):
             self.assertEqual(status["state"], "failed")
 
+    @long_test
     def test_one_unit_of_two_falls_silent_and_the_other_is_calibrated(self):
         self.start_lab(units=2, cut=["unit2"])
         self.start_campaign(short_procedure(runs=2))

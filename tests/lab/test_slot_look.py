@@ -12,7 +12,7 @@ import urllib.request
 from concurrent.futures import ThreadPoolExecutor
 
 import bench
-from bench import ROOT, WAIT_S, LabTest, short_procedure
+from bench import ROOT, WAIT_S, LabTest, long_test, short_procedure
 from fault_proxy import FaultProxy
 
 sys.path.insert(0, str(ROOT / "tests" / "web"))
@@ -129,6 +129,7 @@ class Look(WithImpostors):
         log = json.dumps([text for _, subject, text in self.events() if subject == "slots"])
         self.assertNotRegex(log, r"\\u00[01]")
 
+    @long_test
     def test_while_it_looks_the_engine_turns_and_no_campaign_begins(self):
         with socket.create_server(("127.0.0.1", 0)) as mute:
             port = mute.getsockname()[1]
@@ -170,6 +171,7 @@ class Look(WithImpostors):
         self.assertEqual([slot["serial"] for slot in self.look()], ["0380A001"])
 
 
+    @long_test
     def test_it_is_refused_before_a_campaign_begins_by_itself_and_works_while_the_queue_waits_for_somebody(self):
         self.start_lab(rate=100)  # the notice before the next campaign takes three seconds
         self.post("queue", procedure_text=short_procedure(set_points=(20,)), campaign="next", user="Eva")

@@ -14,7 +14,7 @@ import unittest
 import urllib.request
 
 import bench
-from bench import LabTest, short_procedure
+from bench import LabTest, long_test, short_procedure
 from lab_session import ProgramFailed, end
 from modbus_proxy import WRITE_ONE, ModbusProxy, with_read_f32
 
@@ -66,6 +66,7 @@ class Suspension(LabTest):
         ended = [index for (index,) in self.query("SELECT step_index FROM step WHERE outcome = 'done'")]
         return [ended.count(index) for index, step in enumerate(steps) if step["kind"] == kind]
 
+    @long_test
     def test_a_locked_catalog_delays_the_journal_and_nothing_else(self):
         self.start_lab(rate=200)
         begun = self.start_campaign(short_procedure(positions=("+Z", "-Z")))
@@ -114,6 +115,7 @@ class Suspension(LabTest):
         self.assertEqual(self.attempts("record"), [1, 1], "nothing was lost by waiting")
         self.assert_safe()
 
+    @long_test
     def test_an_abort_reaches_the_chamber_at_once_though_the_catalog_is_locked(self):
         self.start_lab(rate=50)
         self.start_campaign(short_procedure(dwell_s=2000))
@@ -170,6 +172,7 @@ class Suspension(LabTest):
         self.assertEqual(suspended["suspension"]["causes"], ["chamber"])
         return suspended
 
+    @long_test
     def test_what_is_left_stands_still_while_a_question_is_suspended(self):
         def by_hand(text):
             begin, end_ = text.index("[fixture]"), text.index("[power]")
@@ -185,6 +188,7 @@ class Suspension(LabTest):
         self.proxies["chamber"].mend()
         self.assertEqual(self.wait_for_end()["state"], "aborted")
 
+    @long_test
     def test_what_is_left_stands_still_while_the_warm_end_is_suspended(self):
         self.start_lab(rate=100, cut=["chamber"])
         self.start_campaign(short_procedure(set_points=(0,), positions=("+Z",)))
@@ -197,6 +201,7 @@ class Suspension(LabTest):
         self.assertEqual(self.wait_for_end()["state"], "finished")
         self.assert_safe()
 
+    @long_test
     def test_a_suspension_ends_safely_after_the_limit_of_the_procedure(self):
         self.start_lab(rate=400, cut=["chamber"])
         self.start_campaign(short_procedure(extra="[suspend]\ngive_up_h = 1.0\n"))
@@ -261,6 +266,7 @@ class Suspension(LabTest):
         self.assertEqual(self.status()["state"], state)
         self.assert_safe()
 
+    @long_test
     def test_an_abort_stays_one_though_soakd_is_killed_on_the_way_and_the_catalog_never_had_it(self):
         self.start_campaign_that_goes_on(rate=100)
         with self.locked_catalog():
@@ -284,6 +290,7 @@ class Suspension(LabTest):
         self.lab.start_soakd()
         self.assert_waits_for_somebody("interrupted")
 
+    @long_test
     def test_a_resume_that_the_catalog_does_not_take_switches_nothing_on(self):
         """A soakd that is killed right after it began to move would leave a catalog that says interrupted: the next one would take the
         laboratory for safe, and leave the units on."""
@@ -304,6 +311,7 @@ class Suspension(LabTest):
         self.lab.soak("campaign", "resume")
         self.assertEqual(self.wait_for_end()["state"], "finished")
 
+    @long_test
     def test_a_campaign_that_comes_no_further_is_resumed_once(self):
         self.start_campaign_that_goes_on(rate=200)
         self.kill_soakd()
@@ -314,6 +322,7 @@ class Suspension(LabTest):
         self.lab.start_soakd()
         self.assert_waits_for_somebody("interrupted")
 
+    @long_test
     def test_what_would_resume_by_itself_can_be_aborted_before(self):
         self.start_campaign_that_goes_on(rate=20, set_points=(40, 45, 50))
         self.kill_soakd()
@@ -327,6 +336,7 @@ class Suspension(LabTest):
         self.assertEqual((status["ending"]["outcome"], status["resumes_by_itself"]), ("aborted", False))
         self.assert_waits_for_somebody("aborted")
 
+    @long_test
     def test_nothing_goes_on_after_an_alarm_on_the_way_to_the_safe_state(self):
         self.start_campaign_that_goes_on(rate=20, set_points=(40, 45, 50))
         self.kill_soakd()
@@ -348,6 +358,7 @@ class Suspension(LabTest):
         self.assertEqual((status["state"], status["resumable"]), ("interrupted", "c"))
         self.assertEqual(self.chamber()[0], bench.AUTO, "it is theirs")
 
+    @long_test
     def test_nothing_goes_on_after_a_break_of_more_than_twelve_hours(self):
         self.start_campaign_that_goes_on(rate=400)
         end(self.lab.soakd)
@@ -359,6 +370,7 @@ class Suspension(LabTest):
         self.wait("the refusal", lambda s: not s["resumes_by_itself"])
         self.assert_waits_for_somebody("interrupted")
 
+    @long_test
     def test_what_an_aborted_campaign_recorded_is_void_though_soakd_was_killed(self):
         self.start_campaign_that_goes_on(rate=100)
         self.lab.soak("campaign", "abort", "--reason", "smoke")
@@ -367,6 +379,7 @@ class Suspension(LabTest):
         self.assert_waits_for_somebody("aborted")
         self.assertEqual(len(self.whole_runs_void()), 1)
 
+    @long_test
     def test_a_suspended_campaign_goes_on_with_a_new_soakd(self):
         for how in ("killed", "stopped"):
             with self.subTest(how):
@@ -386,6 +399,7 @@ class Suspension(LabTest):
                 self.assert_safe()
                 self.stop_lab()
 
+    @long_test
     def test_a_chamber_that_comes_back_switched_off_is_left_alone_for_the_settling_time(self):
         self.start_lab(rate=20, cut=["chamber"])
         self.start_campaign(short_procedure(set_points=(35,)))
@@ -398,6 +412,7 @@ class Suspension(LabTest):
         self.assertGreater(status["clock"]["process_s"], answers_s + 0.8 * SETTLE_S)
         self.assertEqual(self.wait_for_end()["state"], "finished")
 
+    @long_test
     def test_of_a_paused_campaign_it_is_left_alone_until_somebody_resumes(self):
         self.start_lab(rate=50, cut=["chamber"])
         self.start_campaign(short_procedure(set_points=(35,)))
@@ -448,6 +463,7 @@ class Suspension(LabTest):
         self.assertEqual(status["state"], "finished", status["reason"])
         self.assertEqual(self.attempts("record"), [1, 1])
 
+    @long_test
     def test_units_that_do_not_settle_have_the_time_out_of_the_procedure(self):
         procedure = short_procedure(set_points=(30,)).replace("timeout_s = 200000", 'timeout_s = 3000\non_timeout = "skip_plateau"')
         self.start_with_air(procedure)
@@ -459,6 +475,7 @@ class Suspension(LabTest):
         self.assertEqual([suspension for suspension in seen if suspension], [])
         self.assertIn("skipped", [outcome for (outcome,) in self.query("SELECT outcome FROM step")])
 
+    @long_test
     def test_a_question_is_asked_again_after_a_suspension(self):
         self.start_lab(rate=200, cut=["chamber"])
         self.lab.soak("campaign", "start", self.write("procedure.toml", short_procedure()), "--name", "c", "--unit", "1=0380A009")
@@ -472,6 +489,7 @@ class Suspension(LabTest):
         self.lab.soak("campaign", "abort", "--reason", "test")
         self.assertEqual(self.wait_for_end()["state"], "aborted")
 
+    @long_test
     def test_a_visit_that_begins_again_is_used_once(self):
         def edit(text):
             text, fixture = self.with_proxy(text, "fixture")

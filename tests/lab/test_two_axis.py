@@ -7,7 +7,7 @@ import time
 import unittest
 
 import bench
-from bench import ROOT, LabTest, short_procedure
+from bench import ROOT, LabTest, long_test, short_procedure
 from lab_session import end
 
 SIX = ("+X", "-X", "+Y", "-Y", "+Z", "-Z")
@@ -116,6 +116,7 @@ class TwoAxis(LabTest):
         self.assertEqual(self.number(STATUS), 0)
         self.assert_nothing_recorded()
 
+    @long_test
     def test_a_fixture_that_never_comes_to_its_angles_ends_the_campaign_with_the_angles(self):
         self.start(rate=10)  # a turn by 90 degrees takes half a second of the host's
         self.start_campaign(short_procedure(positions=("+X", "-X")))
@@ -126,6 +127,7 @@ class TwoAxis(LabTest):
             self.assertIn(part, status["reason"])
         self.assert_nothing_recorded()
 
+    @long_test
     def test_a_fixture_that_turns_at_another_rate_than_was_asked_is_caught_by_the_gyros(self):
         """The map takes the controller's revolutions for degrees per second: it reads back what was asked, the units know better."""
         self.start(changes=[("[quantity.rate_request]    # of the axis that spins, deg/s\naddress = 4\ntype = \"f32\"\n",
@@ -140,6 +142,7 @@ class TwoAxis(LabTest):
         self.assert_safe()
         self.wait("the fixture rests", lambda _: self.fixture_rate() == 0.0)
 
+    @long_test
     def test_a_pause_halts_the_fixture_and_what_was_recorded_so_far_does_not_count(self):
         self.start(rate=200)
         self.start_campaign(short_procedure(set_points=(25, 20), positions=("+Z", "-Z"), extra=RATES.replace("= 30", "= 300")))

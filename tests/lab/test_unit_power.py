@@ -12,7 +12,7 @@ import time
 import unittest
 
 import bench
-from bench import OFF, ROOT, WAIT_S, LabTest, bin_folder, short_procedure
+from bench import OFF, ROOT, WAIT_S, LabTest, bin_folder, long_test, short_procedure
 
 sys.path.insert(0, str(ROOT / "tests" / "hal"))
 from scpi_supply import Supply  # noqa: E402
@@ -89,6 +89,7 @@ class UnitPower(LabTest):
         self.start_campaign(short_procedure(set_points=(25,), positions=("+Z",)))
         self.expect_unit_2_left_out("output 2", "0.5 A")
 
+    @long_test
     def test_a_unit_that_trips_the_protection_is_tried_once_and_left_out(self):
         self.start_with_supply(units=2)
         self.supply.outputs[1].ohm = 1.0
@@ -97,6 +98,7 @@ class UnitPower(LabTest):
         self.expect_unit_2_left_out("output 2")
         self.assertEqual([message for message in self.supply.log if message == "OUTP 1,(@2)"], ["OUTP 1,(@2)"])
 
+    @long_test
     def test_a_unit_whose_output_goes_off_in_mid_run_is_lost_and_the_other_goes_on(self):
         self.start_with_supply(units=2)
         self.start_campaign(short_procedure(set_points=(25,), positions=("+Z",), dwell_s=120))
@@ -117,6 +119,7 @@ class UnitPower(LabTest):
         self.assertEqual(self.query("SELECT run_id FROM run"), [])
         self.assert_safe()
 
+    @long_test
     def test_a_supply_that_comes_back_at_the_end_still_switches_the_units_off(self):
         self.start_with_supply()
         self.start_campaign(short_procedure(set_points=(25,), positions=("+Z",), dwell_s=100000))
@@ -131,6 +134,7 @@ class UnitPower(LabTest):
         self.assertFalse(self.supply.outputs[0].on)
         self.assert_safe()
 
+    @long_test
     def test_an_output_stays_off_for_its_time_also_after_an_abort(self):
         rate, off_s = 50, 150
         self.start_with_supply(rate=rate)
@@ -211,6 +215,7 @@ codes = {{ off = 62, on = 63 }}
             return in_slot(text, 2, "power_output = 9")
         self.start_lab(units=2, edit=edit)
 
+    @long_test
     def test_a_unit_that_another_supply_feeds_is_named_and_left_out(self):
         self.start_with_foreign_supply()
         self.start_campaign(short_procedure(set_points=(25,), positions=("+Z",)))

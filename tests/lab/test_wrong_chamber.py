@@ -7,7 +7,7 @@ import struct
 import unittest
 
 import bench
-from bench import AUTO, OFF, LabTest, short_procedure
+from bench import AUTO, OFF, LabTest, long_test, short_procedure
 from modbus_proxy import READ, with_read_f32, with_written_f32
 
 SET_POINT, WORKING, AIR = 2782, 2810, 2820
@@ -44,6 +44,7 @@ class WrongChamber(LabTest):
         (hottest,), = self.query("SELECT max(temp_c) FROM segment") or [(0,)]
         self.assertLess(hottest or 0.0, RATED_MAX_C + 8.0)
 
+    @long_test
     def test_a_thermometer_that_is_stuck_ends_the_campaign(self):
         self.start(short_procedure(set_points=(60,), positions=("+Z",)), change_answer=with_read_f32(AIR, lambda value: min(value, 34.0)))
         status = self.wait_until_off()
@@ -52,6 +53,7 @@ class WrongChamber(LabTest):
         self.assertEqual(self.chamber()[:2], (OFF, 0.0))
         self.assertLess(self.chamber()[3], 70.0)
 
+    @long_test
     def test_a_chamber_whose_temperature_is_no_number_is_switched_off(self):
         self.start(short_procedure(set_points=(30,), positions=("+Z",), dwell_s=100000))
         self.wait_for_step("record")
@@ -64,6 +66,7 @@ class WrongChamber(LabTest):
         self.assertEqual(self.wait_for_end()["state"], "failed")
         self.assert_safe()
 
+    @long_test
     def test_a_flipped_bit_that_looks_like_an_alarm_ends_nothing(self):
         flips = []
 

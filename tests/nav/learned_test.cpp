@@ -13,6 +13,7 @@
 #include "nav/outages/outage_runner.h"
 #include "nav/scenario/simulated_errors.h"
 #include "nav/scenario/trajectory.h"
+#include "tests/long_tests.h"
 
 namespace soak::nav {
 namespace {
@@ -93,6 +94,7 @@ TEST(ErrorModel, FindsAnErrorThatIsAFunctionOfTheInputs) {
 }
 
 TEST(ErrorModel, DoesNotBelieveWhatItLearntFromNoise) {
+  SOAK_LONG_TEST();
   int believed = 0;
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
     const ErrorModel model = learnt_from(made_windows(20, 1000 * seed, noise));

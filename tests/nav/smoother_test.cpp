@@ -11,6 +11,7 @@
 #include "base/random.h"
 #include "matched_drives.h"
 #include "nav/filter/filter_run.h"
+#include "tests/long_tests.h"
 
 namespace soak::nav {
 namespace {
@@ -144,6 +145,7 @@ double squares(const std::vector<VectorXd>& errors, int from) {
 }
 
 TEST(Smoother, KnowsHowWrongItIsAndIsLessWrongThanTheFilter) {
+  SOAK_LONG_TEST();
   constexpr int kRuns = 100;
   std::vector<std::vector<double>> of_runs, of_antenna;
   double filtered[3] = {};

@@ -59,6 +59,13 @@ class RunOnce(unittest.TestCase):
         self.run_it(GTEST_SHARD_INDEX="1")
         self.assertEqual(self.count(), 5)
 
+    def test_a_pass_without_long_tests_is_none_with_them(self):
+        self.run_it(SOAK_LONG_TESTS="")
+        self.run_it(SOAK_LONG_TESTS="1")
+        self.assertEqual(self.count(), 2)
+        self.run_it(SOAK_LONG_TESTS="1")
+        self.assertEqual(self.count(), 2)
+
     def test_a_pass_of_something_else_does_not_hide_a_failure(self):
         self.run_it()
         self.write_program(exit_status=1)

@@ -11,6 +11,7 @@
 #include "calib/signal/allan/allan.h"
 #include "calib/signal/allan/allan_fit.h"
 #include "calib/signal/noise/noise.h"
+#include "tests/long_tests.h"
 #include "tests/signal/allan_fit_support.h"
 
 namespace soak::calib::signal {
@@ -134,6 +135,7 @@ TEST(AllanFit, IntervalsHoldTheTruthInWhiteNoise) {
 }
 
 TEST(AllanFit, IntervalsHoldTheTruthInFlickerNoise) {
+  SOAK_LONG_TEST();
   const Coverages c = coverages(truth_of(0.0, 1.0, 0.0), 8192, 2);
   expect_coverage(c.flicker, "flicker");
   expect_coverage(c.bias, "bias instability of flicker");
@@ -141,12 +143,14 @@ TEST(AllanFit, IntervalsHoldTheTruthInFlickerNoise) {
 }
 
 TEST(AllanFit, IntervalsHoldTheTruthInARandomWalk) {
+  SOAK_LONG_TEST();
   const Coverages c = coverages(truth_of(0.0, 0.0, 1.0), 8192, 3);
   expect_coverage(c.walk, "random walk");
   c.curve.expect("random walk");
 }
 
 TEST(AllanFit, IntervalsHoldTheTruthInTheMixtureOfAMemsGyro) {
+  SOAK_LONG_TEST();
   const Coverages c = coverages(truth_of(1.0, 0.3, 0.02), 16384, 4);
   expect_coverage(c.white, "white in the mixture");
   expect_coverage(c.flicker, "flicker in the mixture");

@@ -16,6 +16,7 @@
 #include "calib/signal/allan/allan_fit.h"
 #include "calib/signal/allan/detail/low_pass_curve.h"
 #include "calib/signal/spectrum/low_pass.h"
+#include "tests/long_tests.h"
 #include "tests/signal/filtered_noise.h"
 
 namespace soak::calib::signal {
@@ -138,6 +139,7 @@ void expect_density(const Tally& t) {
 }
 
 TEST(LowPassFit, IntervalsHoldTheDensityOfWhiteNoiseAndNothingElseIsFound) {
+  SOAK_LONG_TEST();
   const Tally t = tally(1, records(), [](Unit&) {});
   expect_density(t);
   EXPECT_LE(t.invented / t.count, 0.025 + room(0.025, t.count));
@@ -174,6 +176,7 @@ TEST(LowPassFit, AGaussMarkovProcessOfSecondsDoesNotTakeTheDensityOfWhiteNoise) 
 
 // Its upper end is that of a term that may not be seen: the walk reaches the white noise at 43 s of a record's 300.
 TEST(LowPassFit, NoUpperEndOfARandomWalkBehindALowPassLiesBelowIt) {
+  SOAK_LONG_TEST();
   const Tally t = tally(5, records() / 3, [](Unit& unit) {
     unit.length_s = 300.0;
     unit.walk = 0.0004;

@@ -9,6 +9,8 @@
 
 #include "tests/sim/design_support.h"
 
+#include "tests/long_tests.h"
+
 namespace soak::hal::sim {
 namespace {
 
@@ -221,6 +223,7 @@ Scatter scatter_of(const Table& table, const std::string& column) {
 // 936 degrees of freedom for blocks (4 standard errors: 9 %), 390 for placements, of which noise of the blocks is 1.3
 // times as much again. Where the curve is steep the temperature's settling within a visit adds to both.
 TEST(Design, HasTheNoiseThatItStates) {
+  SOAK_LONG_TEST();
   const std::string flat =
       "[design]\nknown_effects = false\nsoak_s = 3600.0\n";  // settled: the curve has no slope to show
   const Table plain = table_of(designed_files(flat).csv);
@@ -235,6 +238,7 @@ TEST(Design, HasTheNoiseThatItStates) {
 }
 
 TEST(Design, KeepsWhatIsKnownOnlyWhereItIsAskedTo) {
+  SOAK_LONG_TEST();
   const auto difference = [](const Table& table) {
     std::map<std::string, std::vector<double>> by_position;
     for (std::size_t i = 0; i < table.rows.size(); ++i) {

@@ -12,6 +12,7 @@
 
 #include "base/hash.h"
 #include "hal/sim/effects/catalogue.h"
+#include "tests/long_tests.h"
 #include "tests/sim/design_support.h"
 
 namespace soak::hal::sim {
@@ -90,6 +91,7 @@ double magnitude_from_truth(const json& truth) {
 }
 
 TEST(HiddenCampaign, ScalesEveryEffectOfBlocksToItsMagnitude) {
+  SOAK_LONG_TEST();
   for (const CatalogueEntry& entry : catalogue()) {
     if (entry.measure != Measure::blocks) continue;
     SCOPED_TRACE(std::string(entry.name));

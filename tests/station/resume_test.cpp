@@ -3,6 +3,8 @@
 // undisturbed plan does.
 #include "station/lab/resume.h"
 
+#include "tests/long_tests.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -134,6 +136,7 @@ std::vector<Recorded> after_break(const Plan& plan, const WayBack& way) {
 }
 
 TEST(WayBack, EveryRecordingAfterABreakIsMadeAsItWouldHaveBeenWithoutIt) {
+  SOAK_LONG_TEST();
   for (const Plan& plan : all_plans()) {
     const auto truth = undisturbed(plan);
     const std::size_t end = plan.runs[std::min<std::size_t>(2, plan.runs.size() - 1)].last_step;
@@ -181,6 +184,7 @@ TEST(WayBack, RepeatsTheVisitBeforeTheBreakAndNothingBeforeThat) {
 
 /// Of a plateau that is given up (on_timeout = "skip") the journal has no step behind the waiting.
 TEST(WayBack, DoesNotGoBackToAPlateauThatWasSkipped) {
+  SOAK_LONG_TEST();
   for (const Plan& plan : all_plans()) {
     const PlannedRun& run = plan.runs.back();
     std::set<std::size_t> skipped;
@@ -227,6 +231,7 @@ TEST(WayBack, SaysFirstWhatFollowsARunThatHasAllItsVisits) {
 }
 
 TEST(WayBack, ARunIsRepeatedFromItsFirstVisitWhereTheProcedureSaysSo) {
+  SOAK_LONG_TEST();
   for (Plan plan : all_plans()) {
     plan.procedure.on_break = BreakOutcome::repeat_run;
     const auto truth = undisturbed(plan);

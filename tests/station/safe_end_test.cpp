@@ -12,6 +12,7 @@
 #include "station/lab/dew_safe_warm_up.h"
 #include "station/lab/steps.h"
 #include "tests/errors.h"
+#include "tests/long_tests.h"
 #include "tests/station/fake_power.h"
 #include "tests/station/lab_bench.h"
 
@@ -139,18 +140,21 @@ TEST_F(ChamberThatCannotBeSwitchedOff, IsAnAlarmWhereItRefusesTheCommand) {
 }
 
 TEST_F(ChamberThatCannotBeSwitchedOff, IsAnAlarmWhereTheCommandHasNoEffectAtTheEndOfTheWarmUp) {
+  SOAK_LONG_TEST();
   chamber_.deaf_stops = 1000;
   SafeEnd safe_end("soakd ended", 25.0, false, false);
   expect_alarm(safe_end);
 }
 
 TEST_F(ChamberThatCannotBeSwitchedOff, IsAnAlarmWhereItTakesNoSetPointEither) {
+  SOAK_LONG_TEST();
   chamber_.refuses_set_points = chamber_.refuses_stops = true;
   SafeEnd safe_end("aborted", 25.0, false, true);
   expect_alarm(safe_end);
 }
 
 TEST_F(ChamberThatCannotBeSwitchedOff, IsToldUntilItGoesOffAndOneAlarmSaysSo) {
+  SOAK_LONG_TEST();
   chamber_.deaf_stops = 7;
   SafeEnd safe_end("tripped", 25.0, true, false);
   turns_until([&] { return safe_end.poll(*station_); });
@@ -160,6 +164,7 @@ TEST_F(ChamberThatCannotBeSwitchedOff, IsToldUntilItGoesOffAndOneAlarmSaysSo) {
 }
 
 TEST_F(ChamberThatCannotBeSwitchedOff, IsNotHopelessBeforeTwoHoursAndAMinute) {
+  SOAK_LONG_TEST();
   chamber_.refuses_stops = true;
   SafeEnd safe_end("tripped", 25.0, true, false);
   expect_alarm(safe_end);
@@ -190,6 +195,7 @@ TEST_F(ChamberThatCannotBeSwitchedOff, HasNotRefusedWhereItDidNotAnswer) {
 }
 
 TEST_F(ChamberThatCannotBeSwitchedOff, DoesNotKeepUnitsOnThatWereToGoOffAtOnce) {
+  SOAK_LONG_TEST();
   FakePower power;
   config_.slots.emplace_back().power_output = 1;
   power.outputs[1].on = true;
@@ -205,6 +211,7 @@ TEST_F(ChamberThatCannotBeSwitchedOff, DoesNotKeepUnitsOnThatWereToGoOffAtOnce) 
 }
 
 TEST_F(ChamberThatCannotBeSwitchedOff, IsWhatTheLastStepOfACampaignWaitsFor) {
+  SOAK_LONG_TEST();
   chamber_.deaf_stops = 7;
   Step step;
   step.kind = StepKind::warm_end;

@@ -7,9 +7,13 @@ import pathlib
 import re
 import shutil
 import subprocess
+import sys
 import tempfile
 import time
 import unittest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from long_tests import LONG_TESTS, long_test  # noqa: E402, F401 (the tests take it from here)
 
 DRIVER = shutil.which("chromedriver")
 BROWSER = shutil.which("chromium")

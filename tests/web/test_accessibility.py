@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """axe-core (npm, pinned in package-lock.json) finds nothing serious on any page. Contrast in the dark scheme is looked at by the tests of
-the pages."""
+the pages; at the width of a telephone where long tests are wanted."""
 import json
 import pathlib
 import re
@@ -8,6 +8,7 @@ import shutil
 import unittest
 
 import test_units
+from browser import LONG_TESTS
 from page_test import STORED, PageTest
 from real_soakd import ROOT
 from test_units import SERIAL, UnitStation
@@ -70,7 +71,7 @@ VIEWS = {"station": (("station", "#stored-campaigns", "verification"),),
          "events": (("events", "#events-view table", "job ended"),),
          "records": (("records", "#types", "mti-300"),),
          "help": (("help=operations", "#help-page article h3", "Operating a station"), ("help=gap-workflow", "#help-page article h3", "gap"))}
-WIDTHS = (1280, 390)
+WIDTHS = (1280, 390) if LONG_TESTS else (1280,)
 # Six sensors look alike, and so do the rows of a map; axe-core takes half a minute for all their cells.
 ONE_OF_MANY = """
 for (const alike of [':is(#gap-maps, #unit-sensors, #fleet-sensors) > :nth-child(n + 2)', '#gap-maps tbody > tr:nth-child(n + 4)'])

@@ -6,7 +6,7 @@ import unittest
 import urllib.parse
 
 import test_units
-from browser import BrowserTest
+from browser import BrowserTest, long_test
 from test_units import HOSTILE, OTHER, SERIAL, UnitStation
 from soak_cli import check_schema  # where that lies test_units has said
 
@@ -88,6 +88,7 @@ class AllUnits(StationTest):
         self.see("#unit-verdict", "campaign verification, by Eva")
         self.assertEqual(self.browser.console(), [])
 
+    @long_test
     def test_who_comes_later_sees_what_runs_and_can_cancel_it(self):
         job = self.soakd.post("jobs", kind="fit_all", user="Eva")
         self.soakd.held_child()
@@ -100,6 +101,7 @@ class AllUnits(StationTest):
         self.assertEqual(self.soakd.get("job", id=job["id"])["state"], "cancelled")
         self.browser.wait("return document.querySelector('#units-running').hidden")
 
+    @long_test
     def test_a_release_that_was_cut_short_keeps_its_sentence(self):
         self.soakd.process.terminate()
         self.soakd.process.wait(30)
@@ -119,6 +121,7 @@ class AllUnits(StationTest):
         self.assertEqual(self.soakd.refusal("jobs", kind="verify_all"), (400, "campaign"))
         self.assertEqual(self.soakd.refusal("jobs", kind="fit_all", unit=SERIAL), (400, "unit"))
 
+    @long_test
     def test_units_that_could_not_be_verified_are_listed_with_their_reason(self):
         self.browser.go(self.soakd.url)
         job = {"kind": "verify_all", "state": "failed", "exit_status": 2, "message": "1 of 2 units could not be verified:\n  SN2: no",
@@ -132,6 +135,7 @@ class AllUnits(StationTest):
         self.assertEqual(self.browser.run("const [job] = arguments; return import('/batch_words.mjs').then((words) => words.messageOf(job))", killed), "ended by signal 9")
         self.assertEqual(rest, [{"unit": "SN2", "parts": [", not verified: ", {"english": "no usable run"}]}, {"unit": "SN3", "parts": [", left out: ", {"english": "it has no model yet"}]}])
 
+    @long_test
     def test_of_all_the_newest_check_campaign_that_is_over_is_chosen(self):
         self.open("units")
         self.browser.wait("return document.querySelector('#units-verify').offsetParent !== null")
@@ -192,6 +196,7 @@ class Repairs(StationTest):
         self.assertEqual((text, user), (f"epoch {after['epoch']}, by Eva: gyro replaced", "Eva"))
         self.assertEqual(self.browser.console(), [])
 
+    @long_test
     def test_what_is_no_repair_is_refused(self):
         refused = self.soakd.refusal
         self.assertEqual(refused("unit/epoch", unit="SN9", reason="x", user="Eva"), (400, "unit"))

@@ -19,7 +19,7 @@ import urllib.error
 import urllib.parse
 import urllib.request
 
-from browser import Browser, BrowserTest
+from browser import Browser, BrowserTest, long_test
 from real_soakd import ROOT, programs
 from test_language import SHOWN
 from test_units import UnitStation
@@ -323,6 +323,7 @@ class Page(BrowserTest, WithStation):
                          [("Eva", "gap_show: done, model 2"), ("Eva", "gap_accept of sensor_lag: done, model 2")])
         self.assertEqual(self.browser.console(), [])
 
+    @long_test
     def test_what_was_found_is_said_in_german_and_effects_keep_their_names(self):
         if self.soakd.get("unit", unit=LAGGING)["gap"]["find"] is None:
             self.soakd.ended(self.soakd.post("jobs", kind="gap_find", unit=LAGGING, user="Eva"))
@@ -349,6 +350,7 @@ class Page(BrowserTest, WithStation):
         self.assertEqual([text for name, text in zip(names, said, strict=True) if not text.startswith(f"{name} (")], [])
         self.assertEqual(self.browser.console(), [])
 
+    @long_test
     def test_an_effect_that_is_named_after_a_symbol_keeps_it(self):
         self.go("events", "return document.querySelector('#audit tbody tr')")
         said = self.browser.run("return import('/gap_words.mjs').then(({ G }) => ['g_sensitivity', 'sensor_lag'].map(G.effectTitle))")
@@ -372,6 +374,7 @@ class Page(BrowserTest, WithStation):
         self.see("#fleet-summary", "With fewer than 20 models none is marked")
         self.assertEqual(self.browser.console(), [])
 
+    @long_test
     def test_an_odd_unit_of_a_fleet_is_told_in_german(self):
         self.browser.go(self.soakd.url)
         self.browser.run("localStorage.setItem('soak-language', 'de')")
@@ -381,6 +384,7 @@ class Page(BrowserTest, WithStation):
         self.assertRegex(self.browser.text("#fleet-units tbody tr:first-child"), r"Nullpunktfehler, Drehrate x: \d+,\d Streuungen, am weitesten bei −?\d+ °C")
         self.see("[aria-labelledby=fleet-of-gyro_y] .legend", "jeder Prüfling")
 
+    @long_test
     def test_what_is_carried_is_not_accepted_again(self):
         self.go("events", "return document.querySelector('#audit tbody tr')")
         effects = [{"name": name, "next_experiment": None, "confusable_with": [], "odds": {}} for name in ("sensor_lag", "cross_axis")]
@@ -391,6 +395,7 @@ class Page(BrowserTest, WithStation):
         self.assertIn("Accept cross axis", said[1])
         self.assertNotIn("ccept", said[2])
 
+    @long_test
     def test_what_asks_for_an_experiment_first_is_not_to_be_accepted_next(self):
         self.go("events", "return document.querySelector('#audit tbody tr')")
         effects = [{"name": "sensor_lag", "next_experiment": "a slower ramp", "confusable_with": ["moisture"], "odds": {"moisture": 0.02}}]
@@ -415,6 +420,7 @@ class Page(BrowserTest, WithStation):
                 "gap": {"gyro_y": {"before_rms": 0.005, "after_rms": 0.005, "floor_rms": 0.001}},
                 "residual_structure": structure | members.pop("structure", {}) if verdict == "unknown" else None, **members}
 
+    @long_test
     def test_three_sentences_stand_first_whatever_the_verdict(self):
         self.go("events", "return document.querySelector('#audit tbody tr')")
         lag = {"name": "sensor_lag", "magnitude": {"value": 312, "unit": "s"}, "shape": "", "sensors": ["gyro_x"], "confusable_with": ["moisture"], "odds": {"moisture": 0.02},
@@ -451,6 +457,7 @@ class Page(BrowserTest, WithStation):
         self.assertIn("time of day", what)
         self.assertTrue(following)
 
+    @long_test
     def test_a_step_says_when_and_in_which_sensor(self):
         self.go("events", "return document.querySelector('#audit tbody tr')")
         steps = [{"run": run, "sensor": "gyro_y", "t_s": 9000.0, "since_start_s": since, "last_before_s": since - 240.0, "temp_c": 25.04, "size": size, "unit": "deg/s"}
@@ -461,6 +468,7 @@ class Page(BrowserTest, WithStation):
             self.assertIn(wanted, what.replace("2 h 01 min", "2 h 1 min"))
         self.assertEqual(len(self.browser.run("return import('/gap_words.mjs').then((words) => words.stepRows(arguments[0]))", steps)), 2)
 
+    @long_test
     def test_every_kind_is_told_in_both_languages(self):
         self.go("events", "return document.querySelector('#audit tbody tr')")
         schema = json.loads((ROOT / "docs" / "schema" / "gap-find.schema.json").read_text(encoding="utf-8"))
@@ -480,6 +488,7 @@ class Page(BrowserTest, WithStation):
         self.assertIn("0.70", rows[0][5])
         self.assertEqual(rows[1][5], "–")
 
+    @long_test
     def test_what_takes_nothing_of_the_gap_says_why_it_counts(self):
         self.go("events", "return document.querySelector('#audit tbody tr')")
         said = [
@@ -512,6 +521,7 @@ class Page(BrowserTest, WithStation):
         self.assertEqual(self.browser.run(rows), 0)
         self.assertEqual(self.browser.console(), [])
 
+    @long_test
     def test_older_events_come_page_by_page(self):
         listed = len(self.soakd.soak_json("events", "list")["events"])
         for repair in range(max(0, 105 - listed)):

@@ -8,7 +8,7 @@ import urllib.error
 import urllib.parse
 
 import test_units
-from browser import BrowserTest
+from browser import BrowserTest, long_test
 from real_soakd import programs
 from test_units import OTHER, SERIAL, UnitStation, stored_units
 from soak_cli import check_schema  # where that lies test_units has said
@@ -69,6 +69,7 @@ class HandOver(BrowserTest):
         self.assertEqual(self.soakd.refusal("jobs", kind="release_all", unit=SERIAL), (400, "unit"))
         self.assertEqual(self.browser.console(), [])
 
+    @long_test
     def test_what_the_rule_refuses_the_page_refuses_in_the_same_words(self):
         # A run of the same days that the model has not seen: a fit of all would take it.
         self.soakd.soak("import", stored_units() / "small.csv", "--unit", SERIAL, "--campaign", "later", "--simulated", "--gravity-mps2", "9.80665")
@@ -97,12 +98,14 @@ class HandOver(BrowserTest):
         self.assertIn("the next fit takes it", offered[1][2])
         self.assertIn("the model was fitted to it", offered[2][2])
 
+    @long_test
     def test_the_page_of_a_unit_heeds_a_release_of_all(self):
         self.open_unit(SERIAL)
         self.see("#unit-badges", "verified")
         self.job(kind="release_all")
         self.see("#unit-badges", "released")
 
+    @long_test
     def test_no_two_buttons_of_a_unit_lie_over_each_other_in_german(self):
         self.job(kind="release", unit=SERIAL)
         self.soakd.soak("fit", "--unit", SERIAL, "--rules", "3")  # a choice of models comes to the others
@@ -136,6 +139,7 @@ class HandOver(BrowserTest):
         self.see("#unit-facts", "withdrawn")
         self.assertTrue(self.browser.run("return document.querySelector('#unit-export').disabled"))
 
+    @long_test
     def test_a_released_model_before_the_newest_is_exported_where_it_is_chosen(self):
         self.job(kind="release", unit=SERIAL)
         self.open_unit(SERIAL)
@@ -160,6 +164,7 @@ class HandOver(BrowserTest):
             self.assertEqual(self.soakd.refusal("jobs", unit=SERIAL, **wrong), (400, "model"), wrong)
         self.assertEqual(self.browser.console(), [])
 
+    @long_test
     def test_the_tick_of_simulated_data_is_about_the_model_that_is_chosen(self):
         """A unit whose first model is of simulated and measured runs and released, and the second of measured ones alone."""
         lab = stored_units() / "lab"
@@ -192,6 +197,7 @@ class HandOver(BrowserTest):
         self.see("#unit-jobs li", "Export: unit MIXED, model 1, as Calibration file (.soakcal)")
         self.see("#unit-jobs li", "Made from model 1; the newest is 2.")
 
+    @long_test
     def test_what_drives_lose_is_said_of_the_model_that_they_were_simulated_with(self):
         self.open_unit(SERIAL)
         self.see("#unit-impact", "What the calibration of model 1 buys in navigation")
@@ -211,6 +217,7 @@ class HandOver(BrowserTest):
                                 SERIAL, self.soakd.get("model", unit=SERIAL, version=1)["model"])
         self.assertIn("Model 1: With a navigation filter", told)
 
+    @long_test
     def test_a_released_model_that_breaks_the_rule_now_is_not_to_be_handed_over(self):
         self.job(kind="release", unit=SERIAL)
         self.soakd.soak("import", stored_units() / "small.csv", "--unit", SERIAL, "--campaign", "later", "--simulated", "--gravity-mps2", "9.80665")

@@ -9,7 +9,7 @@ import unittest
 
 import jsonschema
 
-from browser import Browser
+from browser import Browser, long_test
 from page_test import STORED, PageTest, Station, allan_noise, soak_history
 from test_accessibility import AXE, SERIOUS
 from test_page_station import RATE_1, attitude, set_step, soak_plan
@@ -248,6 +248,7 @@ class German(LanguageTest):
         self.assert_fits()
         self.assertEqual(self.browser.console(), [])
 
+    @long_test
     def test_every_question_that_the_station_asks(self):
         self.open_german()
         self.station.set("/state", "waiting")
@@ -295,6 +296,7 @@ class German(LanguageTest):
             for text in texts:
                 self.assertNotRegex(text, ENGLISH, code)
 
+    @long_test
     def test_what_to_do_at_a_silent_chamber_is_what_the_station_says(self):
         self.open_german()
         self.station.set("/chamber/connected", False)
@@ -311,6 +313,7 @@ class German(LanguageTest):
                               "item.innerText.includes(arguments[0]))", says[english])
         self.assertEqual(told, set(says))
 
+    @long_test
     def test_how_a_unit_comes_to_rest_as_it_should(self):
         set_step(self.station, PLAN, "record", run=1)
         self.station.set("/fixture/description", "by hand")
@@ -321,6 +324,7 @@ class German(LanguageTest):
         self.station.set("/units/0/attitude", attitude("-X", "-X", False))
         self.see("#alerts .alarm", "weicht um mehr als 5° von −X ab")
 
+    @long_test
     def test_alarms_as_they_stand_on_the_page(self):
         self.open_german()
         self.station.set("/chamber/alarms", ["E-14"])
@@ -355,6 +359,7 @@ class German(LanguageTest):
         self.assert_german("abort")
         self.browser.click("#abort-cancel")
 
+    @long_test
     def test_a_campaign_that_is_over(self):
         self.open_german()
         for state, text in (("finished", "acceptance ist fertig."), ("aborted", "acceptance wurde abgebrochen")):
@@ -363,6 +368,7 @@ class German(LanguageTest):
             self.assert_german(state)
             self.assert_fits()
 
+    @long_test
     def test_a_refusal_in_the_station_s_own_words_is_marked_as_english(self):
         self.open_german()
         self.station.tell("fail 2 state")
@@ -382,6 +388,7 @@ class German(LanguageTest):
         self.assert_german("idle")
         self.assert_fits()
 
+    @long_test
     def test_the_help_says_that_the_guide_is_english(self):
         self.open_german()
         self.browser.go(f"{self.station.url}#help")

@@ -9,7 +9,7 @@ import sys
 import unittest
 import urllib.parse
 
-from browser import BROWSER, DRIVER, Browser
+from browser import BROWSER, DRIVER, Browser, long_test
 from test_runs import HOSTILE, StoredRuns  # first: others put a folder in front that has a module of this name, too
 from test_accessibility import AXE, SERIOUS
 from test_language import ROOT, SHOWN
@@ -119,6 +119,7 @@ class Runs(Views):
     def test_a_run_with_its_segments(self):
         self.assert_two_languages("run")
 
+    @long_test
     def test_what_becomes_void(self):
         self.assert_two_languages("run", "document.querySelector('#segments tbody .actions button[data-needs]').click()")
 
@@ -133,6 +134,7 @@ class Runs(Views):
         go(self.browser, self.soakd, "de", "run=none&unit=none", "return document.querySelector('#run-failure').innerText")
         self.assertEqual(self.browser.run("return document.querySelector('#run-failure').lang"), "en")
 
+    @long_test
     def test_a_view_that_somebody_goes_to_has_the_focus_on_its_title_once_that_has_words(self):
         go(self.browser, self.soakd, "de", "station", "return true")
         self.browser.click("#to-runs")
@@ -181,6 +183,7 @@ class Units(Views):
     def test_the_records(self):
         self.assert_two_languages("records", "document.querySelector('#reference-form').closest('details').open = true")
 
+    @long_test
     def test_a_reference_with_its_date_and_numbers_and_what_retires_it(self):
         self.go("de", "records")
         rows = self.browser.run("return [...document.querySelectorAll('#references tbody tr')].map((row) => row.innerText)")
@@ -190,6 +193,7 @@ class Units(Views):
         self.assert_two_languages("records", "document.querySelector('#references button').click()")
         self.browser.wait_for_text("#retire-text", f"„{REFERENCE}“")
 
+    @long_test
     def test_what_the_station_says_of_a_certificate_is_marked_as_english(self):
         self.go("de", "records")
         self.browser.run("""document.querySelector('#reference-form').closest('details').open = true;
@@ -239,11 +243,13 @@ class Units(Views):
         self.assertEqual(self.browser.run("return import('/unit_words.mjs').then(({ U }) => [U.warnings.name('of_tomorrow'), U.warnings.remedy('of_tomorrow', 'Do this.')])"),
                          ["", {"english": "Do this."}])
 
+    @long_test
     def test_a_curve_that_is_not_known_keeps_its_name(self):
         self.go("de", "unit")
         said = self.browser.run("return import('/unit_words.mjs').then(({ U }) => ['poly3', 'constructor', 'toString'].map((name) => String(U.sensors.kind(name))))")
         self.assertEqual(said, ["Polynom 3. Grades", "constructor", "toString"])
 
+    @long_test
     def test_what_a_job_that_fails_says_is_marked_as_english(self):
         self.go("de", "unit")
         self.browser.run("document.querySelector('#unit-export').click()")

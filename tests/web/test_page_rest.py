@@ -6,6 +6,7 @@ import pathlib
 import tempfile
 import unittest
 
+from browser import long_test
 from page_test import STORED
 from test_page_station import StationTest
 
@@ -52,6 +53,7 @@ class AtRest(StationTest):
         self.hidden("#view-failure")
         self.browser.console()  # the page notes the failure there
 
+    @long_test
     def test_a_view_that_could_not_be_loaded_is_loaded_when_somebody_goes_there_again(self):
         for missing in ("text_fleet_en", "text_runs_en", "fleet_words", "fleet_view"):
             with self.subTest(missing=missing):
@@ -68,6 +70,7 @@ class AtRest(StationTest):
                 self.hidden("#view-failure")
                 self.browser.console()  # the page notes the failure there
 
+    @long_test
     def test_what_was_stored_in_another_year_has_its_year(self):
         self.rest()
         self.assertNotIn(str(datetime.datetime.fromtimestamp(1789800000.0).year), self.text("#stored-campaigns td:nth-child(3)"))
@@ -106,6 +109,7 @@ class AtRest(StationTest):
         self.assertEqual(self.browser.run("return [...document.querySelectorAll('#start-slots input')].map(({ value }) => value)"), ["SN0042", "SN0043"])
         self.hidden("#start-last")
 
+    @long_test
     def test_without_a_connection_nothing_can_be_started_or_taken_out_and_no_question_stays(self):
         self.station.set("/prompt", {"id": 7, "text": "Turn the fixture."})
         self.open()
@@ -152,6 +156,7 @@ class AtRest(StationTest):
         self.station.wait_for_command(f"queue check-2 {file} [name = 'short'] 1=SN0042 2=SN0077 by web page")
         self.assertEqual(self.browser.console(), [])
 
+    @long_test
     def test_a_page_opened_beside_a_campaign_knows_the_slots_of_the_next_one(self):
         self.station.tell("stored " + json.dumps(STORED))
         self.open()
@@ -161,6 +166,7 @@ class AtRest(StationTest):
         self.browser.press("Enter")  # in a field, with its first button hidden
         self.station.wait_for_command(f"queue check-3 {file} [name = 'short'] 1=SN0042 by web page")
 
+    @long_test
     def test_while_the_slots_are_looked_into_start_says_what_it_waits_for(self):
         self.rest()
         self.browser.run("""

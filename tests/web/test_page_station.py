@@ -6,7 +6,7 @@ import pathlib
 import sys
 import unittest
 
-from browser import Browser
+from browser import Browser, long_test
 from page_test import STORED, PageTest, Station, soak_history
 
 RATE_1 = {"rate": 1.0, "process_s": 39000.0, "utc_s": 1790000650.0}
@@ -156,6 +156,7 @@ class AfterABreak(StationTest):
         self.assertEqual(self.text("#alerts").count(reason), 1)
         self.assertEqual(self.browser.console(), [])
 
+    @long_test
     def test_a_campaign_that_is_not_known_yet_is_shown_by_its_state(self):
         self.broken("running", reason=None, resumable=None)
         self.see("#progress-card #step-text", "running")
@@ -209,6 +210,7 @@ class Alarms(StationTest):
         self.hidden("#alerts")
         self.assertEqual(self.browser.console(), [])
 
+    @long_test
     def test_of_several_causes_the_most_urgent_is_told_first_though_a_question_is_open(self):
         self.station.set("/prompt", {"id": 1, "text": "Turn the fixture"})
         self.station.set("/state", "waiting")
@@ -239,6 +241,7 @@ class Alarms(StationTest):
         self.station.set("/chamber/alarms", ["over-temperature"])
         self.see("#alerts .alarm", "over-temperature")
 
+    @long_test
     def test_what_resumes_by_itself_keeps_the_door_closed_and_can_be_aborted(self):
         self.station.set("/state", "interrupted")
         self.station.set("/resumable", "acceptance")
@@ -255,6 +258,7 @@ class Alarms(StationTest):
         self.station.set("/resumes_by_itself", False)
         self.browser.wait("return document.querySelector('#abort').disabled")
 
+    @long_test
     def test_the_next_campaign_keeps_the_door_closed_or_waits_for_its_button(self):
         waiting = {"campaigns": [{"name": name, "procedure": "verification", "user": "eva", "queued_utc_s": 1790000000.0,
                                   "estimate_s": 7200.0} for name in ("check-1", "check-2")],
@@ -368,6 +372,7 @@ class Sound(StationTest):
       window.setInterval = (work, ms) => every(() => { work(); window.repetitions += ms === 4000; }, ms);
       localStorage.setItem("soak-alarm-sound", "on");"""
 
+    @long_test
     def test_after_a_reload_it_says_that_it_needs_a_click_and_saves_up_no_tones_till_then(self):
         script = self.browser.devtools("Page.addScriptToEvaluateOnNewDocument", source=self.STRICT)
         self.addCleanup(self.browser.devtools, "Page.removeScriptToEvaluateOnNewDocument", **script)
@@ -459,6 +464,7 @@ class Turning(StationTest):
         self.station.wait_for_command("confirm 7 by web page")
         self.browser.wait("return window.answered > 0")  # the page has read the answer, and had its turn
 
+    @long_test
     def test_when_somebody_else_was_faster_a_confirmation_by_itself_is_no_failure(self):
         self.station.tell("fail 2 state")
         self.confirm_itself()
@@ -467,12 +473,14 @@ class Turning(StationTest):
         self.browser.wait("return !document.querySelector('#confirm').offsetParent")
         self.browser.console()  # Chromium lists the 409
 
+    @long_test
     def test_another_refusal_of_a_confirmation_by_itself_is_shown(self):
         self.station.tell("fail 2 user")
         self.confirm_itself()
         self.see("#failure", "scripted failure")
         self.browser.console()  # Chromium lists the 400
 
+    @long_test
     def test_a_late_click_says_that_it_was_refused(self):
         self.ask("+Y", "+X", False)
         self.open()
@@ -481,6 +489,7 @@ class Turning(StationTest):
         self.see("#failure", "scripted failure")
         self.browser.console()  # Chromium lists the 409
 
+    @long_test
     def test_a_unit_that_is_tilted_on_the_right_face_is_not_drawn_as_done(self):
         self.ask("+X", "+X", False)
         self.open()
@@ -491,6 +500,7 @@ class Turning(StationTest):
         self.station.set("/units/0/attitude", attitude("+X", "+X", True))
         self.browser.wait(reached, 1)
 
+    @long_test
     def test_without_a_face_the_wanted_one_is_still_drawn(self):
         self.ask("+Y", "+X", False)
         self.station.set("/units/0/attitude", None)
@@ -523,6 +533,7 @@ class Devices(StationTest):
         self.station.set("/units/0/stable", False)
         self.see("#units > :nth-child(1)", "settling")
 
+    @long_test
     def test_a_unit_whose_link_is_dead_while_it_shall_be_on_is_not_called_off(self):
         self.station.set("/units/0/state", "closed")
         self.station.set("/campaign/step_kind", "record")
@@ -575,6 +586,7 @@ class TimeAxis(StationTest):
         self.browser.press("ArrowLeft")
         self.see("#legend", "at ")
 
+    @long_test
     def test_with_another_rate_the_axis_counts_from_the_first_point(self):
         self.station.set("/clock/rate", 60.0)
         history = soak_history()

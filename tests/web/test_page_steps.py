@@ -4,6 +4,7 @@ import datetime
 import json
 import unittest
 
+from browser import long_test
 from test_page_station import RATE_1, set_step, soak_plan, StationTest
 
 
@@ -42,6 +43,7 @@ class Step(StationTest):
         self.see("#finish", f"{end.strftime('%a')} {end.day} {end.strftime('%b')}")
         self.assertNotIn(str(end.year), self.text("#finish"))
 
+    @long_test
     def test_an_end_in_another_year_is_told_with_the_year(self):
         self.station.set("/campaign/remaining_s", 400 * 86400.0)
         self.open()
@@ -101,6 +103,7 @@ class Step(StationTest):
         self.see("#door-text", "Wait for the green lamp: this set point is safe")
         self.assertNotIn("press Resume", self.text("#door-text"))
 
+    @long_test
     def test_on_the_way_back_nobody_is_sent_to_a_plateau_that_is_done(self):
         self.at_20_c_below()
         self.see("#door-text", "press Pause at 40 °C")
@@ -119,6 +122,7 @@ class Step(StationTest):
         self.see("#door-text", "press Pause at 40 °C, from")
         self.assertNotIn("Turn the fixture", self.text("#door-text"))
 
+    @long_test
     def test_between_two_runs_the_chamber_does_not_become_safe_by_itself(self):
         self.at_20_c_below()
         self.see("#door-text", "At the end of this run")
@@ -126,6 +130,7 @@ class Step(StationTest):
         set_step(self.station, self.plan, "record", run=2, visit=1, position="+X")
         self.see("#door-text", "Safe without a pause when the campaign is over")
 
+    @long_test
     def test_a_plateau_of_the_next_run_is_no_reason_to_wait_for_it(self):
         set_step(self.station, self.plan, "record", run=1, visit=2, position="-Z")
         self.station.set("/chamber/air_c", -20.0)
@@ -145,6 +150,7 @@ class Step(StationTest):
         self.station.set("/state", "waiting")
         self.browser.wait("return !document.querySelector('#door-text').innerText.includes('At the end of this run')")
 
+    @long_test
     def test_a_set_temperature_is_told_as_it_was_set(self):
         for step in self.plan["steps"]:
             step["temp_c"] += 2.5
@@ -191,6 +197,7 @@ class Over(StationTest):
         self.hidden("#after")
         self.shown("#facts")
 
+    @long_test
     def test_beside_other_views_it_is_one_line(self):
         self.end()
         self.shown("#facts")

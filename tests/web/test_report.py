@@ -13,7 +13,7 @@ import tempfile
 import threading
 import unittest
 
-from browser import BROWSER, DRIVER, Browser
+from browser import BROWSER, DRIVER, Browser, long_test
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "cli"))
 from drive_files import write_drive  # noqa: E402
@@ -144,6 +144,7 @@ class Report(unittest.TestCase):
             self.assertIn(sensor, caption)
             self.assertRegex(caption, r"deg/s.*°C|m/s².*°C")
 
+    @long_test
     def test_axes_have_round_numbers_inside(self):
         for module in (ROOT / "web").glob("*.mjs"):
             shutil.copy(module, self.folder)
@@ -203,6 +204,7 @@ class Report(unittest.TestCase):
         self.assertLess(height, A4_HEIGHT_PIXELS)
         self.assertEqual(after, "page")
 
+    @long_test
     def test_the_certificate_is_one_printed_page_with_many_long_warnings_and_the_rest_comes_behind(self):
         folder = self.folder / "warned"
         shutil.copytree(self.folder / "data", folder / "data")
@@ -232,6 +234,7 @@ class Report(unittest.TestCase):
         for bottom, top in names:
             self.assertLessEqual(bottom, top + 1)
 
+    @long_test
     def test_is_dark_where_the_user_wants_it(self):
         backs = []
         for scheme in ("light", "dark"):

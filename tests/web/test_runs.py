@@ -9,7 +9,7 @@ import unittest
 import urllib.error
 import urllib.parse
 
-from browser import Browser, BrowserTest
+from browser import Browser, BrowserTest, long_test
 from real_soakd import Soakd
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "cli"))
@@ -209,6 +209,7 @@ class Page(WithBrowser):
             self.assertEqual(x + width, following)
         self.assert_encloses(drawn, [(float(row["t_s"]), float(row["gy_dps"])) for row in self.exported("R02")])
 
+    @long_test
     def test_the_band_of_a_line_is_open_while_nothing_was_recorded(self):
         drawn = self.drawn_band("R05")
         samples = [(float(row["t_s"]), float(row["gy_dps"])) for row in self.exported("R05")]
@@ -288,6 +289,7 @@ class Page(WithBrowser):
         self.browser.wait("return !document.querySelector('#strip-panels').innerText.includes('chamber')")
         self.assertEqual(self.browser.console(), [])
 
+    @long_test
     def test_a_run_whose_samples_were_dropped_keeps_its_segments_and_says_who_dropped_them(self):
         self.soakd.store("old", "R04", recording(4, "R04", (0.0, 20.0, 40.0), 10))
         self.soakd.soak("runs", "drop-samples", "R04", "--reason", "older than two years", "--user", "Eva", "--yes")
@@ -309,6 +311,7 @@ class Page(WithBrowser):
         self.see("#runs-campaigns", "no samples")
         self.assertEqual(self.browser.console(), [])
 
+    @long_test
     def test_a_refused_segment_is_shown_with_the_reason(self):
         self.open_run("R01")
         self.browser.wait("return document.querySelectorAll('#strip-segments .box.refused').length === 1")

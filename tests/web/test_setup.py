@@ -17,7 +17,7 @@ from unittest import mock
 import jsonschema
 from pymodbus.client import ModbusTcpClient
 
-from browser import BROWSER, DRIVER, Browser
+from browser import BROWSER, DRIVER, Browser, long_test
 from new_station import PATIENCE_S, ROOT, Laboratory, NewStation, bin_folder, unused_port
 from test_accessibility import AXE, SERIOUS
 from test_language import ENGLISH, SHOWN
@@ -453,6 +453,7 @@ class OnThePage(WithStation):
         self.assertEqual(self.browser.run("return document.querySelector('#chamber-port').value"), "5020")
         self.assertEqual(self.browser.console(), [])
 
+    @long_test
     def test_a_place_that_is_not_known_is_said_with_what_it_costs(self):
         self.go_to("file")
         self.see("#no-gravity", "0.3 %")
@@ -486,6 +487,7 @@ class OnThePage(WithStation):
         self.see("#good", "The station takes it as it is.")
         self.assertFalse(self.browser.run("return document.querySelector('#not-sound').checkVisibility()"))
 
+    @long_test
     def test_a_good_try_counts_after_a_reload_and_in_another_language_until_the_address_changes(self):
         self.enter_chamber(self.lab.ports["chamber"])
         self.browser.click("#chamber-try")
@@ -504,6 +506,7 @@ class OnThePage(WithStation):
         self.browser.wait("return !document.querySelector('#not-sound').hidden")
         self.browser.run("localStorage.clear()")
 
+    @long_test
     def test_a_try_that_ends_on_the_last_step_is_told_there(self):
         self.enter_chamber(self.lab.ports["chamber"])
         self.go_to("units")
@@ -542,6 +545,7 @@ class OnThePage(WithStation):
         self.wait_for_step("chamber")
         self.assertEqual(self.browser.run("return document.activeElement.id"), "chamber-map")
 
+    @long_test
     def test_a_file_that_is_there_by_then_is_not_written_over(self):
         self.enter_chamber(5020)
         self.go_to("units")
@@ -561,6 +565,7 @@ class OnThePage(WithStation):
         self.browser.click("#use")
         self.browser.wait("return location.pathname === '/' && document.querySelector('#air') !== null")
 
+    @long_test
     def test_another_language_keeps_what_was_entered(self):
         self.enter_chamber(5020)
         self.go_to("units")
@@ -575,6 +580,7 @@ class OnThePage(WithStation):
         self.assertEqual(values, ["watlow-f4t.toml", "127.0.0.1", "5020", "mti-300", "vectornav", "4001", "oben"])
         self.browser.run("localStorage.clear()")
 
+    @long_test
     def test_what_a_controller_answered_is_gone_with_another_address(self):
         self.enter_chamber(self.lab.ports["chamber"])
         self.browser.click("#chamber-try")
@@ -582,6 +588,7 @@ class OnThePage(WithStation):
         self.fill("chamber-port", "1")
         self.assertEqual(self.browser.run("return document.querySelector('#chamber-answer').innerText"), "")
 
+    @long_test
     def test_what_was_found_in_a_slot_is_gone_with_another_address_and_a_late_answer_is_dropped(self):
         self.go_to("units")
         self.enter_slot(unused_port())
@@ -599,6 +606,7 @@ class OnThePage(WithStation):
             self.browser.wait("return !document.querySelector('#look').disabled")
             self.assertEqual(self.browser.run(found), "")
 
+    @long_test
     def test_next_says_which_field_of_another_step_is_in_the_way(self):
         self.go_to("units")
         self.browser.run("document.querySelector('#slots-0-host').value = 'x'.repeat(300)")
@@ -631,6 +639,7 @@ class OnThePage(WithStation):
         browser.press("Tab")
         self.assertEqual(browser.run("return document.activeElement.id"), "fixture-kind-choice")
 
+    @long_test
     def test_slots_come_and_go(self):
         self.go_to("units")
         self.browser.click("#slot-more")

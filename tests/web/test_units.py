@@ -18,7 +18,7 @@ import urllib.error
 import urllib.parse
 import urllib.request
 
-from browser import Browser, BrowserTest
+from browser import Browser, BrowserTest, long_test
 from real_soakd import Soakd, programs
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "cli"))
@@ -281,6 +281,7 @@ class Page(BrowserTest, WithStation):
             self.see("#unit-drives", f"{drives[which]['horizontal_final_m']['value']:.1f} m")
         self.see("#unit-drives", f"{drives['outages']} outages")
 
+    @long_test
     def test_metres_of_a_unit_without_a_model_are_refused(self):
         with self.assertRaises(urllib.error.HTTPError) as refused:
             self.soakd.get("impact", unit=HOSTILE[0])
@@ -432,6 +433,7 @@ class Page(BrowserTest, WithStation):
         self.assertIn("run r1", self.browser.text("#unit-jobs li"))
         self.assertEqual(self.browser.console(), [])
 
+    @long_test
     def test_a_verification_is_offered_once_its_campaign_is_over(self):
         """The real station's documents, but that its status tells of a campaign that still runs."""
         lab = stored_units() / "lab"
@@ -478,6 +480,7 @@ class Page(BrowserTest, WithStation):
         self.browser.run("window.stopped = null; window.campaign = 'verification'; window.tell(window.said)")
         self.see("#unit-next", "Wait: campaign verification still runs, 1 of 3 check runs recorded.")
 
+    @long_test
     def test_an_older_version_lies_beside_the_newest_on_the_same_axes(self):
         self.soakd.soak("fit", "--unit", OTHER)
         runs = self.soakd.get("runs", unit=OTHER, campaign="campaign")["runs"]
@@ -506,6 +509,7 @@ class Page(BrowserTest, WithStation):
                 self.assertAlmostEqual(way[axis], ways[0][low][axis] + scale * (point[key] - drawn[0][low][key]), delta=0.5)  # rounded to 0.1 of a pixel
         self.assertEqual(self.browser.console(), [])
 
+    @long_test
     def test_a_version_that_cannot_be_had_is_told_of_that_choice_alone(self):
         while (self.soakd.get("unit", unit=OTHER)["model"] or {"version": 0})["version"] < 2:
             self.soakd.soak("fit", "--unit", OTHER)
@@ -528,6 +532,7 @@ class Page(BrowserTest, WithStation):
         self.browser.run("window.lose(); return new Promise(requestAnimationFrame);")  # whatever follows from a refusal is done before the next frame
         self.assertFalse(self.browser.run(failed), "of a choice that was taken back")
 
+    @long_test
     def test_a_version_that_there_is_not_is_refused(self):
         newest = self.soakd.get("unit", unit=OTHER)["model"]
         instead = f"its newest is {newest['version']}" if newest else "it has none yet"
