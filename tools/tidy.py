@@ -90,6 +90,8 @@ def compiler_arguments(entry):
             skip = True
         elif word == "-include" and "cmake_pch" in following:
             skip = True
+        elif word.startswith("--param"):  # only g++ knows them
+            continue
         elif word not in ("-MD", "-Winvalid-pch", "-Wno-restrict", "-Wno-maybe-uninitialized",
                           "-Wno-subobject-linkage") and "cmake_pch" not in word:
             kept.append(word)
