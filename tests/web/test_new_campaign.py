@@ -210,6 +210,9 @@ class OnThePage(WithLaboratory):
         lines = self.review({}, safe={"from_c": 20, "to_c": 47})
         self.assertTrue(any("120 times, about every 5 min" in line for line in lines), lines)
         self.assertTrue(any("At −20, 20, 60 °C turn it with the door closed" in line and "between 20 and 47 °C" in line for line in lines), lines)
+        lines = self.review({}, safe={"from_c": 20, "to_c": 47}, rate=36000)
+        self.assertTrue(any("about every 5 min of simulated time" in line for line in lines), lines)
+        self.assertTrue(any(line.endswith("takes about 10 h of simulated time, and the time that each turn takes") for line in lines), "nobody keeps an end by the fast clock")
         lines = self.review({"set_points_c": [25, 40]}, safe={"from_c": 20, "to_c": 47})
         self.assertFalse(any("door closed" in line for line in lines), lines)
 
