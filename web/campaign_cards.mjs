@@ -153,12 +153,13 @@ export function renderPrompt(status, plan) {
 
 let broughtPrompt = /** @type {number | null} */ (null);
 
-/** A new prompt is brought into view. What has the focus keeps it; where nothing has it, as after Start or Confirm, the prompt gets it. */
+/** A new prompt is brought into view and gets the focus, but not from a field or a dialog: where nothing has it, or the button that was pressed last. */
 function bringPrompt(prompt) {
   const id = prompt?.id ?? null;
   if (id === broughtPrompt) return;
   broughtPrompt = id;
-  if (id === null || document.activeElement !== document.body) return;
+  const pressed = document.activeElement?.matches("#start-card button, #confirm");
+  if (id === null || !(pressed || document.activeElement === document.body)) return;
   $("prompt-title").focus();
   $("prompt-title").scrollIntoView({ block: "nearest" }); // below the head that stays
 }

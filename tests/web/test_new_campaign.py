@@ -225,6 +225,16 @@ class OnThePage(WithLaboratory):
         planned = document["procedure"]
         self.assertEqual((len(planned["visits"]), sum(planned["visits"][:2])), (planned["runs"], len(planned["set_points_c"]) + 1), "the visit of the cycle is in both")
 
+    def test_the_question_after_start_gets_the_focus_but_not_from_a_field(self):
+        self.open()
+        reached = [self.browser.run("""const [id, number] = arguments; return import('/campaign_cards.mjs').then(({ renderPrompt }) => {
+            document.querySelector('#start-box').open = true;
+            Object.assign(document.querySelector('#start-card'), { hidden: false, inert: false });
+            document.getElementById(id).focus();
+            renderPrompt({ prompt: { id: number, code: "heading", text: "Turn it.", about: null }, campaign: null, units: [] }, null);
+            return document.activeElement.id; })""", name, number) for number, name in enumerate(("start-send", "start-name"), 71)]
+        self.assertEqual(reached, ["prompt-title", "start-name"])
+
     def test_two_times_are_told_by_their_names(self):
         self.open()
         self.assertTrue(any("takes about 10 h of simulated time, 10 min of real time" in line for line in self.review({}, rate=60)))
