@@ -15,6 +15,7 @@ import { StoredCard } from "./stored_card.mjs";
 import { connectLanguage, T, textsOf } from "./text.mjs";
 import { connectViews } from "./views.mjs";
 
+const HEAD_MARGIN_PX = 8; // between the head and what is scrolled to
 const LOG_LINES = 100;
 const NOT_IN_THIS_STATE = 409; // docs/http-api.md
 
@@ -227,6 +228,13 @@ function heeding(view) {
   return view;
 }
 
+/** What is scrolled to, or gets the focus, does not lie under the head, however many lines that has. */
+function keepBelowHead() {
+  const head = /** @type {HTMLElement} */ (document.querySelector("header.top"));
+  new ResizeObserver(() => { document.documentElement.style.scrollPaddingTop = `${head.offsetHeight + HEAD_MARGIN_PX}px`; }).observe(head);
+}
+
+keepBelowHead();
 rememberUser();
 showAccount().catch((error) => console.warn("no account:", error.message));
 connectButtons();

@@ -47,7 +47,10 @@ export function renderCampaign(status, plan) {
   if (!shown) return;
   $("progress-card").classList.toggle("over", over);
   show($("after"), over);
-  if (over) say($("after-text"), T.campaign.after[state](campaign.name));
+  if (over) {
+    say($("after-text"), T.campaign.after[state](campaign.name));
+    say($("after-units"), T.campaign.after.toUnits[campaign.purpose]);
+  }
   show($("dismiss"), queued === "");
   show($("step-text"), state !== "finished" || !over);
   say($("step-text"), stepText(status, plan));
@@ -138,6 +141,7 @@ export function renderPrompt(status, plan) {
   const { prompt, campaign } = status;
   if (prompt) say($("prompt-text"), T.prompt.asks(prompt));
   show($("prompt-inner"), prompt !== null);
+  bringPrompt(prompt);
   $("confirm").disabled = prompt === null;
   const turning = prompt !== null && campaign?.step_kind === "move";
   renderFaces(turning ? status.units.filter((unit) => unit.attitude) : [], askedFace(status, plan));
@@ -145,6 +149,19 @@ export function renderPrompt(status, plan) {
   const pose = turning ? poseOf(status, plan) : null;
   show($("prompt-pose"), Boolean(pose?.expected));
   if (pose?.expected) drawPose($("prompt-pose"), pose);
+}
+
+let broughtPrompt = /** @type {number | null} */ (null);
+
+/** A new prompt is brought into view and gets the focus, but not from a field or a dialog: where nothing has it, or the button that was pressed last. */
+function bringPrompt(prompt) {
+  const id = prompt?.id ?? null;
+  if (id === broughtPrompt) return;
+  broughtPrompt = id;
+  const pressed = document.activeElement?.matches("#start-card button, #confirm");
+  if (id === null || !(pressed || document.activeElement === document.body)) return;
+  $("prompt-title").focus();
+  $("prompt-title").scrollIntoView({ block: "nearest" }); // below the head that stays
 }
 
 /** The fixture's face that is asked for; null where the plan is not known. */

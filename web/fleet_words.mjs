@@ -61,6 +61,12 @@ export function driftText(drift) {
   return F.drift(curveName(drift), `${drift.change > 0 ? "+" : ""}${change} ${drift.unit.unit}`, number(drift.temp_c, 0), band);
 }
 
+/** Whether the only unit with a model has moved since its model before; "" where no model before is compared. */
+function ownDriftText({ sensors }, hasMoved) {
+  const isCompared = Object.values(sensors).some((sensor) => CURVES.some((curve) => sensor[curve]?.units.some(({ drift }) => drift)));
+  return isCompared ? F.ownDrift(hasMoved) : "";
+}
+
 /** What is to be looked at, in a sentence. */
 export function summaryOf(fleet, findings) {
   const all = [...findings.values()];
@@ -68,6 +74,7 @@ export function summaryOf(fleet, findings) {
   const moved = all.filter(({ drifts }) => drifts.length > 0).length;
   const fitted = fleet.units.filter(({ model }) => model !== null).length;
   if (fitted === 0) return F.noModels;
+  if (fitted === 1) return F.oneModel + ownDriftText(fleet, moved > 0);
   return F.summary(apart, moved) + (fitted < fleet.rule.fewest_units ? F.few(fleet.rule.fewest_units) : "");
 }
 

@@ -3,7 +3,7 @@
 
 import { $, element, english, say, show, tell } from "./dom.mjs";
 import { clock } from "./format.mjs";
-import { acceptsNext, closedText, evidenceOf, G, gapNextOf, gapSureOf, gapText, gapVerdictOf, intervalText, hasFresh, isAccepted, isOpen, openEffect, outsideText, plain, sensorsText, shownText, sizeText, slowNoiseRows, small, smallUnitOf, stepRows } from "./gap_words.mjs";
+import { acceptsNext, closedText, evidenceOf, experimentOf, G, gapNextOf, gapSureOf, gapText, gapVerdictOf, intervalText, hasFresh, isAccepted, openEffect, openRivals, outsideText, plain, sensorsText, shareText, shownText, sizeText, slowNoiseRows, small, smallUnitOf, stepRows } from "./gap_words.mjs";
 import { heatTable, mapKey } from "./heat_map.mjs";
 import { runningText } from "./job_words.mjs";
 import { sensorText } from "./unit_words.mjs";
@@ -92,7 +92,7 @@ export class GapCard {
     say($("gap-reason"), plain(result.reason));
     const carried = carriedBy(this.#unit.model);
     show($("gap-next-box"), accepted ? !isCompared : stale === null);
-    tell($("gap-next"), gapNextOf(result, carried));
+    tell($("gap-next"), gapNextOf(result, carried, checkOf(this.#unit)));
     show($("gap-how"), result.verdict === "named" && openEffect(result.effects.filter(({ name }) => !carried.includes(name))) !== undefined);
     $("gap-effects").replaceChildren(...[...result.effects, ...result.suspects].map((effect) => effectCard(effect, carried.includes(effect.name))));
     const hasMap = result.map !== undefined && result.map !== null;
@@ -151,11 +151,11 @@ export class GapCard {
       const line = element("label", "");
       const isCarried = carried.includes(name);
       const box = Object.assign(element("input", ""), { type: "checkbox", value: name, checked: !isCarried, disabled: isCarried });
-      line.append(box, ` ${G.effect(name)}: ${effects.filter((effect) => effect.name === name).map((effect) => `${sizeText(effect)}, ${sensorsText(effect.sensors)}`).join("; ")}`);
+      line.append(box, ` ${G.effect(name)}: ${effects.filter((effect) => effect.name === name).map((effect) => `${sizeText(effect)}, ${sensorsText(effect.sensors)}, ${shareText(effect)}`).join("; ")}`);
       if (isCarried) line.append(Object.assign(element("span", ` ${G.accept.carried}`), { className: "why" }));
       return line;
     }));
-    const rivals = [...new Set(effects.filter((effect) => !carried.includes(effect.name) && isOpen(effect)).flatMap(({ confusable_with: names }) => names))];
+    const rivals = [...new Set(effects.filter((effect) => !carried.includes(effect.name)).flatMap(openRivals))];
     say($("accept-text"), G.accept.what(model.version + 1, model.version));
     show($("accept-rivals"), rivals.length > 0);
     say($("accept-rivals"), G.accept.rivals(rivals));
@@ -166,6 +166,9 @@ export class GapCard {
 
 /** Names of the effects that a model has. */
 const carriedBy = (model) => (model?.terms ?? []).map(({ name }) => name);
+
+/** The newest check campaign with runs that no fit has seen; null without one. */
+const checkOf = ({ verify_with: fresh }) => fresh.find(({ purpose }) => purpose === "verification")?.campaign ?? null;
 
 const chosenEffects = () => [...$("accept-effects").querySelectorAll("input:checked")].map(({ value }) => value);
 
@@ -183,7 +186,8 @@ function effectCard(effect, isCarried) {
   }));
   card.append(title, Object.assign(element("p", effect.physics), { lang: "en" }), list);
   if (outsideText(effect)) card.append(element("p", outsideText(effect)));
-  if (effect.next_experiment !== null && !isCarried) card.append(told("p", [G.evidence.experiment, { english: plain(effect.next_experiment) }, "."]));
+  const experiment = experimentOf(effect, isCarried);
+  if (experiment !== null) card.append(told("p", [G.evidence.experiment, { english: plain(experiment) }, "."]));
   return card;
 }
 

@@ -98,8 +98,11 @@ const aboutOf = (structure, heldOut) => G.kinds(structure?.kind ?? "", heldOut !
 /** Odds below which a rival is out: on campaigns of another laboratory all 297 first names that stood so were right. */
 const OUT = 1e-6;
 
-/** Whether a rival has a chance beside the effect; of some no odds are known, of none in documents kept before they were told. */
-export const isOpen = ({ confusable_with: rivals, odds }) => rivals.some((name) => (odds?.[name] ?? 1) >= OUT);
+/** Rivals that have a chance beside the effect; of some no odds are known, of none in documents kept before they were told. */
+export const openRivals = ({ confusable_with: rivals, odds }) => rivals.filter((name) => (odds?.[name] ?? 1) >= OUT);
+
+/** Whether there is one. */
+export const isOpen = (effect) => openRivals(effect).length > 0;
 
 /**
  * How sure that is, and what it cannot be told from; `isCompared`: fresh runs were, with what was accepted.
@@ -120,9 +123,9 @@ export function gapSureOf(result, newest, isCompared = false) {
   const chance = effects.every(({ evidence }) => evidence.p_adjusted < HARDLY_ANY) ? G.sure.certain : G.sure.likely;
   const withRivals = effects.filter(({ confusable_with: rivals }) => rivals.length > 0);
   if (withRivals.length === 0) return [G.sure.alone(chance)];
-  const pairs = (/** @type {typeof effects} */ list) => list.map(({ name, confusable_with: rivals }) => /** @type {[string, string[]]} */ ([name, rivals]));
+  const pairs = (/** @type {typeof effects} */ list, rivalsOf) => list.map((effect) => /** @type {[string, string[]]} */ ([effect.name, rivalsOf(effect)]));
   const doubts = withRivals.filter(isOpen);
-  return [doubts.length === 0 ? G.sure.decided(chance, pairs(withRivals)) : G.sure.rivals(chance, pairs(doubts))];
+  return [doubts.length === 0 ? G.sure.decided(chance, pairs(withRivals, ({ confusable_with: rivals }) => rivals)) : G.sure.rivals(chance, pairs(doubts, openRivals))];
 }
 
 /** The effect that an experiment has to be recorded for before it is accepted, if any; `effects`: those that the model does not carry. */
@@ -143,18 +146,19 @@ function nextOfUnknown(structure, heldOut) {
 }
 
 /**
- * What is to be done after a search; `carried`: names of the effects that the model has already.
+ * What is to be done after a search; `carried`: names of the effects that the model has already; `check`: a check campaign that no fit has seen, or null.
  * @returns {import("./dom.mjs").Part[]}
  */
-export function gapNextOf({ verdict, effects: found, residual_structure: structure, held_out: heldOut }, carried) {
+export function gapNextOf({ verdict, effects: found, residual_structure: structure, held_out: heldOut }, carried, check = null) {
   if (verdict === "none") return [G.next.none];
   if (verdict === "unknown") return [nextOfUnknown(structure ?? null, heldOut)];
   if (verdict === "cannot_judge") return [G.next.cannotJudge];
   const effects = found.filter(({ name }) => !carried.includes(name));
-  if (effects.length === 0) return [G.next.carried];
+  if (effects.length === 0) return [check === null ? G.next.carried : G.next.carriedWith(check)];
   const open = openEffect(effects);
-  if (open) return G.next.tell(open.name, open.confusable_with, plain(open.next_experiment));
-  return [G.next.accept(effects.length === found.length ? [] : effects.map(({ name }) => name))];
+  if (open) return G.next.tell(open.name, openRivals(open), plain(open.next_experiment));
+  const names = effects.length === found.length ? [] : effects.map(({ name }) => name);
+  return [check === null ? G.next.accept(names) : G.next.acceptWith(names, check)];
 }
 
 /** Effects of which docs/gap-terms.md says that they take nothing of the mean. */
@@ -163,13 +167,26 @@ const OUTSIDE_THE_MEAN = ["noise_vs_temperature", "quantization", "saturation"];
 /** Why an effect counts as found that takes nothing of the gap; "" for all others. */
 export const outsideText = ({ name }) => (OUTSIDE_THE_MEAN.includes(name) ? G.evidence.outside : "");
 
+/** How much of the gap an effect explains: "explains 84 % of the gap", of one outside the mean that it explains nothing of it. */
+export const shareText = (effect) => (outsideText(effect) ? G.accept.outside : G.accept.share(Math.round(100 * effect.evidence.heldout_gain)));
+
+/** What explains nearly as much as an effect: what is out only as such. */
+function rivalsText(effect) {
+  const open = openRivals(effect);
+  if (open.length > 0) return G.either(open);
+  return effect.confusable_with.length === 0 ? G.evidence.noRivals : G.evidence.ruledOut(effect.confusable_with);
+}
+
+/** The experiment that tells an effect from its rivals; null where none is left, or the model carries it already. */
+export const experimentOf = (effect, isCarried) => (isCarried || !isOpen(effect) ? null : effect.next_experiment);
+
 /** [name, value] of what speaks for an effect. */
-export const evidenceOf = ({ evidence, confusable_with: rivals, sensors, magnitude, shape }) => [
-  [G.evidence.size, sizeText({ magnitude, shape })],
-  [G.evidence.sensors, sensorsText(sensors)],
-  [G.evidence.chance, evidence.p_adjusted < HARDLY_ANY ? G.evidence.hardlyAny : significant(evidence.p_adjusted, 2)],
-  [G.evidence.takes, `${Math.round(100 * evidence.heldout_gain)} %`],
-  [G.evidence.rivals, rivals.length === 0 ? G.evidence.noRivals : G.either(rivals)],
+export const evidenceOf = (effect) => [
+  [G.evidence.size, sizeText(effect)],
+  [G.evidence.sensors, sensorsText(effect.sensors)],
+  [G.evidence.chance, effect.evidence.p_adjusted < HARDLY_ANY ? G.evidence.hardlyAny : significant(effect.evidence.p_adjusted, 2)],
+  [G.evidence.takes, `${Math.round(100 * effect.evidence.heldout_gain)} %`],
+  [G.evidence.rivals, rivalsText(effect)],
 ];
 
 // ---- slow noise, and where a bias steps

@@ -24,7 +24,9 @@ function extentText({ runs, visits, set_points_c, positions }) {
 }
 
 /** `end(estimate_s)`: when it would end if it began now, null where that is not known. */
-function timeText({ estimate_s }, { rate, end }) {
+function timeText({ estimate_s, turns }, { rate, end, safe }) {
+  // Time that is simulated fast is no time for people who turn a fixture: nothing is said of when it ends.
+  if (safe && turns > 0 && rate !== 1) return T.start.simulatedByHand(shortDuration(estimate_s));
   const at = end(estimate_s);
   const takes = rate === 1 ? T.start.takes(shortDuration(estimate_s)) : T.start.simulated(shortDuration(estimate_s), shortDuration(estimate_s / rate));
   return `${takes}${at ? T.start.ends(at) : ""}`;
@@ -37,7 +39,8 @@ function timeText({ estimate_s }, { rate, end }) {
 function byHandTexts({ turns, set_points_c, estimate_s }, safe, rate) {
   if (turns === 0) return [];
   const closed = [...new Set(set_points_c)].filter((temp_c) => temp_c <= safe.from_c || temp_c >= safe.to_c).sort((a, b) => a - b).map(setTemperature);
-  const often = T.start.turns(turns, shortDuration(estimate_s / rate / turns));
+  const every = shortDuration(estimate_s / turns);
+  const often = rate === 1 ? T.start.turns(turns, every) : T.start.turnsSimulated(turns, every);
   return closed.length === 0 ? [often] : [often, T.start.turnsClosed(closed.join(", "), setTemperature(safe.from_c), setTemperature(safe.to_c))];
 }
 
@@ -81,7 +84,7 @@ export function reviewLines({ procedure, units = [], mistakes, notes = [], disk 
   const lines = told.map(({ message, where }) => ({ parts: [T.start.refused, { english: message }, place(where)], level: "bad", link: mends(where) }));
   if (procedure?.description) lines.push({ parts: [{ english: procedure.description.trim() }], level: "note" });
   if (procedure) {
-    lines.push({ parts: [`${procedure.name}: ${extentText(procedure)}; ${timeText(procedure, { rate, end })}`], level: told.length > 0 ? "note" : "good" });
+    lines.push({ parts: [`${procedure.name}: ${extentText(procedure)}; ${timeText(procedure, { rate, end, safe })}`], level: told.length > 0 ? "note" : "good" });
     if (!filled && units.length === 0) lines.push({ parts: [T.start.noUnit], level: "note" });
     for (const text of safe ? byHandTexts(procedure, safe, rate) : []) lines.push({ parts: [text], level: "reason" });
     if (disk.needed_bytes !== null) lines.push({ parts: [diskText(disk)], level: "note" });

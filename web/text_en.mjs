@@ -97,7 +97,8 @@ export const text = {
       aborted: (name) => `${name} was aborted: its finished runs stay.`,
       then: "What comes next:",
       toRuns: "look at its runs",
-      toUnits: "fit and judge its units",
+      /** By the purpose of the campaign: runs of a check or a diagnosis never enter a fit. */
+      toUnits: { calibration: "fit and judge its units", verification: "verify its units", diagnosis: "search the gap of its units" },
       dismiss: "Put away",
     },
     giveUp: (resumable) => `Give up ${resumable}, begin next`,
@@ -261,10 +262,13 @@ export const text = {
     range: (lowest, highest) => `from ${lowest} to ${highest} °C`,
     takes: (time) => `takes about ${time}`,
     simulated: (simulated, real) => `takes about ${simulated} of simulated time, ${real} of real time`,
+    simulatedByHand: (simulated) => `takes about ${simulated} of simulated time, and the time that each turn takes`,
     ends: (time) => `; started now it ends ${time}`,
     writes: (size) => `writes about ${size}`,
     free: (size) => `; ${size} are free`,
     turns: (count, every) => `Turned by hand: somebody turns the fixture ${count} times, about every ${every}, until it ends. Where nobody comes, it waits.`,
+    /** Of a station whose time is simulated at another rate. */
+    turnsSimulated: (count, every) => `Turned by hand: somebody turns the fixture ${count} times, about every ${every} of simulated time, until it ends. Where nobody comes, it waits.`,
     turnsClosed: (temps, from, to) => `At ${temps} °C turn it with the door closed: through the chamber's port, with its glove or a shaft. Has yours none? Then choose a procedure between ${from} and ${to} °C.`,
     noUnit: "No serial number yet: enter that of at least one unit.",
     noHindrance: "Does not prevent the start: ",

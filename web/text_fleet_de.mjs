@@ -16,6 +16,8 @@ export const text = {
   notListed: (listed, left) => `Die letzten ${listed} nach Seriennummer; ${left} weitere werden nicht verglichen.`,
   yield: { units: "Prüflinge", notJudged: "Nicht beurteilt", ofJudged: "Ausbeute, von den beurteilten" },
   noModels: "Von diesem Typ hat noch kein Prüfling ein Modell: einen anpassen.",
+  oneModel: "Nur ein Prüfling dieses Typs hat ein Modell: Noch gibt es nichts zu vergleichen.",
+  ownDrift: (hasMoved) => ` Er hat sich seit dem Modell davor ${hasMoved ? "" : "nicht "}verschoben.`,
   summary: (unlike, drifted) => `${apart(unlike)} von den anderen ab; ${moved(drifted)} sich seit dem Modell davor verschoben.`,
   few: (fewest) => ` Bei weniger als ${fewest} Modellen wird keines als Ausreißer gekennzeichnet.`,
   rule: (distance, fewest) =>

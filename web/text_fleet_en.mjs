@@ -15,6 +15,8 @@ export const text = {
   notListed: (listed, left) => `The last ${listed} by serial number; ${left} more are not compared.`,
   yield: { units: "Units", notJudged: "Not judged", ofJudged: "Yield, of those judged" },
   noModels: "No unit of this type has a model yet: fit one.",
+  oneModel: "Only one unit of this type has a model: nothing to compare with yet.",
+  ownDrift: (hasMoved) => ` It has ${hasMoved ? "" : "not "}moved since the model before.`,
   summary: (unlike, drifted) => `${apart(unlike)} out from the others; ${moved(drifted)} moved since the model before.`,
   few: (fewest) => ` With fewer than ${fewest} models none is marked as an outlier.`,
   rule: (distance, fewest) =>

@@ -117,11 +117,14 @@ export const text = {
     sameCycle: "Record the same cycle once more, then search again.",
     cannotJudge: "Record another run of the same procedure, or void the run that the reason names. Then search again.",
     carried: "The model carries what was found already: record a run that no fit has seen, then compare before and after.",
+    /** `check`: a campaign */
+    carriedWith: (check) => `The model carries what was found already: compare before and after. Campaign ${check} has runs that no fit has seen.`,
     /** @returns {import("./dom.mjs").Part[]} */
     tell: (name, rivals, experiment) => [`What was found may be ${effect(name)}, or ${either(rivals)}: these runs hardly tell. Before you accept it, record this: `, { english: experiment },
       ". Where it does not matter for the unit's use, leave it, and go on with what stands at the top."],
     /** `names`: of the effects, where not all that were found are to be accepted. */
     accept: (names) => `Accept ${names.length > 0 ? names.map(effect).join(" and ") : "it"}, record a run that no fit has seen, then compare before and after.`,
+    acceptWith: (names, check) => `Accept ${names.length > 0 ? names.map(effect).join(" and ") : "it"}, then compare before and after: campaign ${check} has runs that no fit has seen.`,
   },
   evidence: {
     size: "Size",
@@ -131,6 +134,7 @@ export const text = {
     takes: "Share of the gap that it explains, in runs it was not fitted to",
     rivals: "Nearly as good",
     noRivals: "nothing else",
+    ruledOut: (names) => `nothing else: ${either(names)} is ruled out`,
     suspected: (name) => `Only suspected: ${effect(name)}`,
     experiment: "Next experiment: ",
     outside: "It shows in the single samples, not in their mean: the gap, which is one of means, stays as it is.",
@@ -196,7 +200,9 @@ export const text = {
   accept: {
     title: "Accept into the model?",
     effects: "Effects",
-    about: "Whether that was right only a run shows that no fit has seen: record one, then compare before and after. Verify, release and export the unit again.",
+    share: (percent) => `explains ${percent} % of the gap`,
+    outside: "explains nothing of the gap: it shows in the single samples only",
+    about: "Whether that was right only a run shows that no fit has seen: record one, where none is there yet, then compare before and after. Verify, release and export the unit again.",
     keep: "Leave the model as it is",
     send: "Accept",
     carried: "Carried already: withdraw it first in a terminal.",

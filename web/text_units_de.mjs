@@ -68,6 +68,8 @@ export const text = {
   next: {
     record: "Mit ihm eine Kampagne aufzeichnen oder seine Aufzeichnungen importieren.",
     fit: "Anpassen.",
+    recordRuns: (campaign, runs, of) => `Warten: Kampagne ${campaign} zeichnet ihn noch auf. Bisher ${runs}${of === null ? "" : ` von ${of}`} ${plural(of ?? runs, { one: "Lauf", other: "Läufen" })} aufgezeichnet; anpassen, wenn die Kampagne zu Ende ist.`,
+    recordStopped: (campaign, runs, of) => `Kampagne ${campaign}, die ihn aufzeichnet, ist angehalten, ${runs}${of === null ? "" : ` von ${of}`} ${plural(of ?? runs, { one: "Lauf", other: "Läufen" })} aufgezeichnet: auf der Seite Station fortsetzen, dann anpassen.${runs === 0 ? "" : " „Anpassen“ unten nimmt die Läufe, die da sind."}`,
     changed: "So aufzeichnen, wie er jetzt ist, mit einem Prüfablauf zur Kalibrierung, dann anpassen: Nach diesem Modell wurde er repariert oder verändert.",
     changedFit: "Neu anpassen: Nach diesem Modell wurde er repariert oder verändert, und Läufe seither sind da.",
     withdrawn: "Neu anpassen: Daten dieses Modells wurden für ungültig erklärt.",

@@ -59,6 +59,10 @@ export const text = {
   next: {
     record: "Record a campaign with it, or import its recordings.",
     fit: "Fit it.",
+    /** @type {(campaign: string, runs: number, of: number | null) => string} `runs`: that a fit may take */
+    recordRuns: (campaign, runs, of) => `Wait: campaign ${campaign} still records it. ${runs}${of === null ? "" : ` of ${of}`} ${plural(of ?? runs, { one: "run", other: "runs" })} recorded so far; fit it when the campaign has ended.`,
+    /** @type {(campaign: string, runs: number, of: number | null) => string} the same of one that somebody has to resume */
+    recordStopped: (campaign, runs, of) => `Campaign ${campaign}, which records it, has stopped, ${runs}${of === null ? "" : ` of ${of}`} ${plural(of ?? runs, { one: "run", other: "runs" })} recorded: resume it on Station, then fit.${runs === 0 ? "" : " Fit below uses the runs that are there."}`,
     changed: "Record it as it is now with a calibration procedure, then fit it: it was repaired or changed after this model.",
     changedFit: "Fit it again: it was repaired or changed after this model, and runs of it as it is now are there.",
     withdrawn: "Fit it again: data of this model were withdrawn.",

@@ -52,7 +52,7 @@ export class UnitView {
   async #heed(status) {
     const open = openCampaign(status);
     const before = this.#open;
-    if (open?.name !== before?.name || open?.stopped !== before?.stopped || open?.checks.join() !== before?.checks.join()) {
+    if (open?.name !== before?.name || open?.stopped !== before?.stopped || membersOf(open) !== membersOf(before)) {
       // How many runs there are stays known of one that stops or goes on.
       this.#open = open && { ...open, of: open.name === before?.name ? before.of : null };
       this.#planned = "";
@@ -219,6 +219,9 @@ export class UnitView {
     $("unit-warnings-rest-list").replaceChildren(...rest.map(warningLine));
   }
 }
+
+/** Which units an open campaign is about, and what for. */
+const membersOf = (open) => JSON.stringify([open?.checks, open?.records]);
 
 /** @param {import("./documents.mjs").Unit} unit */
 function releasedText({ model, release }) {

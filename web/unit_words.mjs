@@ -118,6 +118,7 @@ function nextOfPassed(unit) {
  * @property {number | null} of how many runs it has in all, if that is known
  * @property {boolean} stopped somebody has to resume it
  * @property {string[]} checks serial numbers of the units that it verifies
+ * @property {string[]} records serial numbers of the units that it records for a fit
  */
 
 /**
@@ -144,6 +145,16 @@ function nextOfOpen({ campaign, runs }, { of, stopped }) {
 }
 
 /**
+ * While the campaign is open that records the runs of the first fit.
+ * @param {import("./documents.mjs").Unit} unit
+ * @param {OpenCampaign} open
+ */
+function nextOfRecorded({ to_fit: runs }, { name, of, stopped }) {
+  if (!stopped) return { kind: null, text: U.next.recordRuns(name, runs, of) };
+  return { kind: null, text: U.next.recordStopped(name, runs, of), link: { text: U.next.toStation, address: "#station" } };
+}
+
+/**
  * Whether the campaign that is open records the first check runs of the unit.
  * @param {import("./documents.mjs").Unit} unit
  * @param {OpenCampaign | null} open
@@ -160,6 +171,7 @@ export const isBeingChecked = ({ unit, verify_with }, open) =>
  */
 export function nextOf(unit, open = null) {
   const { model, verify_with } = unit;
+  if (model === null && open?.records.includes(unit.unit)) return nextOfRecorded(unit, open);
   if (model === null && unit.to_fit === 0) return { kind: null, text: U.next.record };
   if (model === null) return { kind: "fit", text: U.next.fit };
   if (model.epoch !== unit.epoch) return unit.to_fit > 0 ? { kind: "fit", text: U.next.changedFit } : { kind: null, text: U.next.changed, link: { text: U.next.newCampaign, address: "#station" } };

@@ -22,12 +22,14 @@ export const isOver = ({ state, campaign, resumable }) => ["finished", "aborted"
 /**
  * The campaign of which more runs will come: that which is under way, or that which has stopped and can be resumed.
  * @param {import("./documents.mjs").Status} status
- * @returns {{name: string, stopped: boolean, checks: string[]} | null} `stopped`: somebody has to resume it; `checks`: serial numbers of the units that it verifies
+ * @returns {{name: string, stopped: boolean, checks: string[], records: string[]} | null} `stopped`: somebody has to resume it; serial numbers of units: `checks` that it verifies,
+ * `records` that it records for a fit
  */
 export function openCampaign(status) {
   const name = isActive(status) ? (status.campaign?.name ?? null) : status.resumable;
-  const verifies = status.campaign?.name === name && status.campaign.purpose === "verification";
-  return name === null ? null : { name, stopped: !isActive(status) && !status.resumes_by_itself, checks: verifies ? status.units.map(({ serial }) => serial) : [] };
+  const serialsFor = (purpose) => (status.campaign?.name === name && status.campaign.purpose === purpose ? status.units.map(({ serial }) => serial) : []);
+  return name === null ? null
+    : { name, stopped: !isActive(status) && !status.resumes_by_itself, checks: serialsFor("verification"), records: serialsFor("calibration") };
 }
 
 /**

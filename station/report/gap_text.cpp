@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "station/io/output.h"
+#include "station/report/gap_words.h"
 #include "station/report/term_text.h"
 
 namespace soak::station {
@@ -20,12 +21,12 @@ std::string effect_text(const NamedEffect& effect, const std::string& next_exper
                                  size_text(effect.effect->name, effect.magnitude.value, effect.magnitude.unit,
                                            effect.candidate.shape, sensors_text(effect.sensors)),
                                  effect.effect->physics, effect.p_adjusted);
-  if (!effect.rivals.empty()) {
-    std::vector<std::string> rivals;
-    for (const calib::gap::Rival& rival : effect.rivals) rivals.push_back(rival_text(rival));
-    text += fmt::format("    nearly as good: {}\n", fmt::join(rivals, ", "));
-  }
-  if (!next_experiment.empty()) {
+  std::vector<std::string> open;
+  std::vector<std::string> out;
+  for (const calib::gap::Rival& rival : effect.rivals) (has_chance(rival) ? open : out).push_back(rival_text(rival));
+  if (!open.empty()) text += fmt::format("    nearly as good: {}\n", fmt::join(open, ", "));
+  if (!out.empty()) text += fmt::format("    ruled out: {}\n", fmt::join(out, ", "));
+  if (!open.empty() && !next_experiment.empty()) {
     text += fmt::format("    next experiment: {}\n", next_experiment);
   }
   return text;

@@ -69,10 +69,7 @@ std::string rivals_text(const NamedEffect& effect) {
 }
 
 /// Whether a rival has a chance beside the effect.
-bool is_open(const NamedEffect& effect) {
-  return std::ranges::any_of(effect.rivals,
-                             [](const calib::gap::Rival& rival) { return rival.odds.value_or(1.0) >= kOut; });
-}
+bool is_open(const NamedEffect& effect) { return std::ranges::any_of(effect.rivals, has_chance); }
 
 /// How sure names are, and what they cannot be told from.
 std::string certainty(const std::vector<NamedEffect>& effects) {
@@ -281,6 +278,8 @@ std::string rival_text(const calib::gap::Rival& rival) {
   if (*rival.odds > 1.0) return fmt::format("{} (odds {:.2g} to 1)", rival.effect->name, *rival.odds);
   return fmt::format("{} (odds 1 to {:.2g})", rival.effect->name, 1.0 / *rival.odds);
 }
+
+bool has_chance(const calib::gap::Rival& rival) { return rival.odds.value_or(1.0) >= kOut; }
 
 std::string plain_reason(const GapReport& report) {
   std::string reason = report.reason;

@@ -211,7 +211,7 @@ std::string term_html(const json& term) {
   return fmt::format("<h3>{}</h3>\n{}{}", html::text_of(term, "name"),
                      html::facts({{"Found missing from", "model " + html::text_of(term, "parent_version")},
                                   {"Probability that scatter looks like this", html::number(term["p_adjusted"])},
-                                  {"Nearly as good", rivals.empty() ? "nothing" : list_of(rivals)},
+                                  {"Explained nearly as much", rivals.empty() ? "nothing" : list_of(rivals)},
                                   {"Where it is corrected", term["lab_only"].get<bool>()
                                                                 ? "lab only: the unit in its vehicle cannot correct it"
                                                                 : "in the calibration file"}}),

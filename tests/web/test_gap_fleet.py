@@ -407,6 +407,22 @@ class Page(BrowserTest, WithStation):
             self.assertEqual(said[0], accepts)
             self.assertEqual("Before you accept" in said[1], not accepts)
 
+    def test_a_rival_that_is_out_is_not_nearly_as_good_nor_worth_an_experiment(self):
+        self.go("events", "return document.querySelector('#audit tbody tr')")
+        lag = {"name": "sensor_lag", "magnitude": {"value": 312, "unit": "s"}, "shape": "", "sensors": ["gyro_x"], "next_experiment": "a slower ramp",
+               "evidence": {"p_adjusted": 1e-9, "heldout_gain": 0.84}}
+        for rivals, row, experiment in (({"moisture": 4e-9}, "nothing else: moisture is ruled out", None), ({"moisture": 4e-9, "cross_axis": 0.1}, "cross axis", "a slower ramp")):
+            effect = lag | {"confusable_with": list(rivals), "odds": rivals}
+            said = self.browser.run("const [effect] = arguments; return import('/gap_words.mjs').then((w) => [w.evidenceOf(effect).at(-1)[1], w.experimentOf(effect, false)])", effect)
+            self.assertEqual(said, [row, experiment])
+
+    def test_accepting_says_what_each_effect_explains_and_which_runs_are_fresh(self):
+        self.go("events", "return document.querySelector('#audit tbody tr')")
+        effects = [{"name": name, "next_experiment": None, "confusable_with": [], "odds": {}, "evidence": {"heldout_gain": gain}} for name, gain in (("sensor_lag", 0.84), ("quantization", 0))]
+        said = self.browser.run("const [effects] = arguments; return import('/gap_words.mjs').then((w) => [...effects.map(w.shareText), ...w.gapNextOf({ verdict: 'named', effects }, [], 'check48')])", effects)
+        self.assertEqual(said, ["explains 84 % of the gap", "explains nothing of the gap: it shows in the single samples only",
+                                "Accept it, then compare before and after: campaign check48 has runs that no fit has seen."])
+
     def told(self, report, carried=()):
         """What a report says first on the page: what was found, how sure that is, what to do next."""
         return self.browser.run("""const [report, carried] = arguments;

@@ -210,6 +210,9 @@ class OnThePage(WithLaboratory):
         lines = self.review({}, safe={"from_c": 20, "to_c": 47})
         self.assertTrue(any("120 times, about every 5 min" in line for line in lines), lines)
         self.assertTrue(any("At −20, 20, 60 °C turn it with the door closed" in line and "between 20 and 47 °C" in line for line in lines), lines)
+        lines = self.review({}, safe={"from_c": 20, "to_c": 47}, rate=36000)
+        self.assertTrue(any("about every 5 min of simulated time" in line for line in lines), lines)
+        self.assertTrue(any(line.endswith("takes about 10 h of simulated time, and the time that each turn takes") for line in lines), "nobody keeps an end by the fast clock")
         lines = self.review({"set_points_c": [25, 40]}, safe={"from_c": 20, "to_c": 47})
         self.assertFalse(any("door closed" in line for line in lines), lines)
 
@@ -221,6 +224,16 @@ class OnThePage(WithLaboratory):
         check_schema(document, "http-campaign-check")
         planned = document["procedure"]
         self.assertEqual((len(planned["visits"]), sum(planned["visits"][:2])), (planned["runs"], len(planned["set_points_c"]) + 1), "the visit of the cycle is in both")
+
+    def test_the_question_after_start_gets_the_focus_but_not_from_a_field(self):
+        self.open()
+        reached = [self.browser.run("""const [id, number] = arguments; return import('/campaign_cards.mjs').then(({ renderPrompt }) => {
+            document.querySelector('#start-box').open = true;
+            Object.assign(document.querySelector('#start-card'), { hidden: false, inert: false });
+            document.getElementById(id).focus();
+            renderPrompt({ prompt: { id: number, code: "heading", text: "Turn it.", about: null }, campaign: null, units: [] }, null);
+            return document.activeElement.id; })""", name, number) for number, name in enumerate(("start-send", "start-name"), 71)]
+        self.assertEqual(reached, ["prompt-title", "start-name"])
 
     def test_two_times_are_told_by_their_names(self):
         self.open()

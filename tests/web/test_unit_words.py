@@ -126,8 +126,32 @@ class Words(BrowserTest):
             openCampaign({ state: "interrupted", campaign: null, resumable: "c", resumes_by_itself: true }),
             openCampaign({ state: "finished", campaign: { name: "c" }, resumable: null, resumes_by_itself: false }),
             openCampaign({ state: "running", campaign: { name: "c", purpose: "verification" }, units: [{ serial: "SN1" }], resumable: null, resumes_by_itself: false })])""")
-        self.assertEqual(opened, [{"name": "c", "stopped": False, "checks": []}, {"name": "c", "stopped": True, "checks": []}, {"name": "c", "stopped": False, "checks": []}, None,
-                                  {"name": "c", "stopped": False, "checks": ["SN1"]}])
+        self.assertEqual(opened, [{"name": "c", "stopped": False, "checks": [], "records": []}, {"name": "c", "stopped": True, "checks": [], "records": []},
+                                  {"name": "c", "stopped": False, "checks": [], "records": []}, None, {"name": "c", "stopped": False, "checks": ["SN1"], "records": []}])
+
+    def test_a_unit_is_not_to_be_fitted_while_its_campaign_records_it(self):
+        self.browser.go(self.soakd.url)
+        unit = {"unit": "SN1", "to_fit": 2, "model": None, "verify_with": []}
+
+        def told(stopped, records):
+            return self.browser.run("const given = arguments; return import('/unit_words.mjs').then((words) => words.nextOf(...given))",
+                                    unit, {"name": "week", "of": 4, "stopped": stopped, "checks": [], "records": records})
+        self.assertEqual((told(False, ["SN1"])["kind"], told(False, ["SN1"])["text"]),
+                         (None, "Wait: campaign week still records it. 2 of 4 runs recorded so far; fit it when the campaign has ended."))
+        self.assertIn("has stopped, 2 of 4 runs recorded: resume it on Station, then fit.", told(True, ["SN1"])["text"])
+        self.assertEqual(told(False, ["SN2"])["kind"], "fit")
+
+    def test_a_fleet_of_one_model_says_that_nothing_is_compared(self):
+        self.browser.go(self.soakd.url)
+
+        def told(drift):
+            curve = {"units": [{"unit": "SN1", "outlier": False, "drift": drift}]}
+            fleet = {"units": [{"unit": "SN1", "model": {}}, {"unit": "SN2", "model": None}], "rule": {"fewest_units": 20},
+                     "sensors": {"gyro_x": {"unit": "deg/s", "bias": curve, "scale": None}}}
+            return self.browser.run("const [fleet] = arguments; return import('/fleet_words.mjs').then((words) => words.summaryOf(fleet, words.findingsOf(fleet)))", fleet)
+        self.assertEqual(told(None), "Only one unit of this type has a model: nothing to compare with yet.")
+        self.assertIn("It has not moved since the model before.", told({"beyond_band": False, "change": 0.1, "band": 1, "temp_c": 20}))
+        self.assertIn("It has moved since the model before.", told({"beyond_band": True, "change": 2, "band": 1, "temp_c": 20}))
 
     def test_the_same_warning_of_several_sensors_is_one_line(self):
         warnings = [{"code": code, "text": f"{sensor}{text}", "remedy": None, "sensors": [sensor], "urgency": "act"}
