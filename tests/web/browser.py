@@ -47,6 +47,7 @@ class Browser:
         self.start_driver()
         options = {"binary": BROWSER, "args": [*FLAGS, *flags, f"--user-data-dir={self.profile}"]}
         answer = self.send("POST", "/session", {"capabilities": {"alwaysMatch": {
+            "timeouts": {"script": 120_000},  # ms: axe-core takes more than the usual 30 s on a machine that is full
             "goog:chromeOptions": options, "goog:loggingPrefs": {"browser": "ALL"}}}})
         self.session = "/session/" + answer["sessionId"]
         self.downloads = pathlib.Path(self.profile) / "downloads"
