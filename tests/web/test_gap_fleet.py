@@ -371,7 +371,7 @@ class Page(BrowserTest, WithStation):
         self.click("label:has(> #fleet-scale)")
         self.see("#fleet-sensors", "accel x")
         self.browser.run("const s = document.querySelector('#fleet-type'); s.value = 'generic'; s.dispatchEvent(new Event('change'))")
-        self.see("#fleet-summary", "With fewer than 20 models none is marked")
+        self.see("#fleet-summary", "Only one unit of this type has a model")
         self.assertEqual(self.browser.console(), [])
 
     @long_test
