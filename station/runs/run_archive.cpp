@@ -91,9 +91,10 @@ base::Status WorkedOut::renew(const db::Catalog& catalog, std::string_view day) 
   only_the_newest.most = 1;
   const auto newest = catalog.find_events(only_the_newest);
   if (!newest) return base::forward_error(newest);
-  const std::int64_t number = newest->empty() ? 0 : newest->front().number;
-  if (number == newest_event_ && day == day_) return {};
-  newest_event_ = number;
+  // A number alone may come again: in a catalog that was restored from a backup.
+  const std::string events = newest->empty() ? "none" : newest->front().chain_sha256;
+  if (events == events_ && day == day_) return {};
+  events_ = events;
   day_ = day;
   of_all_ = nullptr;
   of_unit_.clear();

@@ -58,7 +58,7 @@ class WorkedOut {
     nlohmann::json found;
   };
 
-  std::int64_t newest_event_ = 0;
+  std::string events_;  ///< hash of all events
   std::string day_;
   nlohmann::json of_all_;  ///< null: not asked yet
   std::map<std::string, OfUnit> of_unit_;
