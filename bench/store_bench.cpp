@@ -152,10 +152,10 @@ double fit_seconds(const std::filesystem::path& folder, const StoreSize& size, i
   std::vector<std::string> serials;
   for (int unit = 0; unit < size.units; ++unit) serials.push_back(serial_of(unit));
   const auto start = Clock::now();
-  const auto units = station::fit_batch(catalog, serials, {{}, {}, jobs, "bench"}, [](double) { return true; });
-  demand(units ? base::Status() : base::forward_error(units));
+  const auto batch = station::fit_batch(catalog, serials, {{}, {}, jobs, "bench"}, [](double) { return true; });
+  demand(batch.ended);
   const double seconds = seconds_since(start);
-  for (const station::BatchUnit& unit : *units) {
+  for (const station::BatchUnit& unit : batch.units) {
     if (unit.failure) demand(tl::unexpected<base::Error>(*unit.failure));
   }
   return seconds;

@@ -19,14 +19,19 @@ function verifiedText(units, notVerified, skipped) {
   return [judgedText(units), ...counted.map(([count, text]) => text(count))].filter(Boolean).join(" ");
 }
 
+/** `isKnown`: whether the job has said what it came to; one that was killed has not. */
+function fittedText(units, state, isKnown) {
+  const said = isKnown ? [U.batch.fitted(countOf(units, "result", "fitted"), countOf(units, "result", "up_to_date"), countOf(units, "result", "failed"))] : [];
+  return [...said, ...(state === "cancelled" ? [U.batch.fitCancelled(isKnown)] : [])].join(" ");
+}
+
 /**
  * One sentence on all units, also of a job that was cut short; "" where it came to none.
  * @param {import("./documents.mjs").Job} job
  */
 export function batchText({ kind, state, result }) {
   const units = result?.units ?? [];
-  if (kind === "fit_all" && result === null) return state === "cancelled" ? U.batch.fitCancelled : "";
-  if (kind === "fit_all") return U.batch.fitted(countOf(units, "result", "fitted"), countOf(units, "result", "up_to_date"), countOf(units, "result", "failed"));
+  if (kind === "fit_all") return fittedText(units, state, state === "cancelled" ? units.length > 0 : result !== null);
   if (kind === "verify_all") return verifiedText(units, result?.not_verified ?? [], result?.skipped ?? []);
   if (units.length === 0) return "";
   const released = countOf(units, "state", "released");

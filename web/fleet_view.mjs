@@ -5,7 +5,7 @@ import { Axis } from "./axes.mjs";
 import { get } from "./api.mjs";
 import { $, element, english, say, show } from "./dom.mjs";
 import { BELOW, draw, Panel, TOP } from "./figure.mjs";
-import { CURVES, driftText, F, findingsOf, outlierText, ruleText, shownUnit, summaryOf, yieldOf } from "./fleet_words.mjs";
+import { CURVES, driftText, F, findingsOf, isCompared, noneMarked, outlierText, ruleText, shownUnit, summaryOf, yieldOf } from "./fleet_words.mjs";
 import { UNKNOWN } from "./format.mjs";
 import { badge } from "./runs_view.mjs";
 import { sensorText, verdictOf } from "./unit_words.mjs";
@@ -95,6 +95,7 @@ export class FleetView {
     const onlyMarked = $("fleet-marked").checked;
     const units = this.#fleet.units.filter((unit) => !onlyMarked || rank(unit) > 0).sort((a, b) => rank(b) - rank(a));
     show($("fleet-units-none"), units.length === 0);
+    say($("fleet-units-none"), noneMarked(this.#fleet));
     $("fleet-units").tBodies[0].replaceChildren(...units.map((unit) => this.#row(unit)));
   }
 
@@ -118,7 +119,7 @@ export class FleetView {
   #renderCurves() {
     const curve = $("fleet-scale").checked ? "scale" : "bias";
     const drawn = Object.entries(this.#fleet.sensors).filter(([, sensor]) => sensor[curve] !== null);
-    $("fleet-sensors").replaceChildren(...drawn.map(([name, sensor]) => sensorCard(name, sensor, curve)));
+    $("fleet-sensors").replaceChildren(...drawn.map(([name, sensor]) => sensorCard(name, sensor, curve, isCompared(this.#fleet))));
     if (drawn.length === 0) $("fleet-sensors").replaceChildren(element("p", F.curves.none));
   }
 }
@@ -145,8 +146,8 @@ function axisOf(values) {
   return new Axis(low - room, high + room);
 }
 
-/** Thin lines of all units behind those that stand out and the median. */
-function sensorCard(name, sensor, curve) {
+/** Thin lines of all units behind those that stand out and the median; `enough`: units to say which do. */
+function sensorCard(name, sensor, curve, enough) {
   const { temp_c: temps_c, median, spread, units } = sensor[curve];
   const { unit, factor } = shownUnit(sensor, curve);
   const lines = units.filter(({ values }) => values !== null).map(({ unit: serial, values, outlier }) => ({ serial, outlier, points: pointsOf(temps_c, values, factor) }));
@@ -161,7 +162,7 @@ function sensorCard(name, sensor, curve) {
   const figure = element("figure", "");
   const apart = lines.filter(({ outlier }) => outlier);
   const caption = element("figcaption", "");
-  caption.append(element("b", F.curves.label(F.curves.names[curve], sensorText(name))), element("span", F.curves.about(units.length, apart.map(({ serial }) => serial))));
+  caption.append(element("b", F.curves.label(F.curves.names[curve], sensorText(name))), element("span", F.curves.about(units.length, apart.map(({ serial }) => serial), enough)));
   figure.append(caption);
   const values = lines.flatMap(({ points }) => points.map(([, value]) => value));
   const room = temps_c.length > 1 ? 0 : 1;

@@ -61,11 +61,20 @@ export function driftText(drift) {
   return F.drift(curveName(drift), `${drift.change > 0 ? "+" : ""}${change} ${drift.unit.unit}`, number(drift.temp_c, 0), band);
 }
 
-/** Whether the only unit with a model has moved since its model before; "" where no model before is compared. */
-function ownDriftText({ sensors }, hasMoved) {
-  const isCompared = Object.values(sensors).some((sensor) => CURVES.some((curve) => sensor[curve]?.units.some(({ drift }) => drift)));
-  return isCompared ? F.ownDrift(hasMoved) : "";
+/** How many units are compared with their model before. */
+function comparedBefore({ sensors }) {
+  const compared = Object.values(sensors).flatMap((sensor) => CURVES.flatMap((curve) => sensor[curve]?.units.filter(({ drift }) => drift) ?? []));
+  return new Set(compared.map(({ unit }) => unit)).size;
 }
+
+/** Whether the only unit with a model has moved since its model before; "" where no model before is compared. */
+const ownDriftText = (fleet, hasMoved) => (comparedBefore(fleet) > 0 ? F.ownDrift(hasMoved) : "");
+
+/** Whether there are enough units to say which is unlike the others. */
+export const isCompared = ({ units, rule }) => units.filter(({ model }) => model !== null).length >= rule.fewest_units;
+
+/** Why no unit is in the list of those that stand out. */
+export const noneMarked = (fleet) => (isCompared(fleet) ? F.list.none : F.list.fewToMark(fleet.rule.fewest_units));
 
 /** What is to be looked at, in a sentence. */
 export function summaryOf(fleet, findings) {
@@ -75,7 +84,7 @@ export function summaryOf(fleet, findings) {
   const fitted = fleet.units.filter(({ model }) => model !== null).length;
   if (fitted === 0) return F.noModels;
   if (fitted === 1) return F.oneModel + ownDriftText(fleet, moved > 0);
-  return F.summary(apart, moved) + (fitted < fleet.rule.fewest_units ? F.few(fleet.rule.fewest_units) : "");
+  return [isCompared(fleet) ? F.apart(apart) : F.few(fitted, fleet.rule.fewest_units), F.moved(moved, comparedBefore(fleet))].join(" ");
 }
 
 /** How a unit comes to be marked. */

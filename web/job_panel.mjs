@@ -13,7 +13,7 @@ const LOOK_AGAIN_MS = 1000;
 const LOOKS_AT_OTHERS = 10; // every so many times where no job is known to run
 const MOST_SHOWN = 8;
 const OF_RUNS = "kalibr"; // the one format that is not of a model
-const KINDS = ["fit", "verify", "report", "release", "export"];
+const KINDS = ["fit", "verify", "release", "export", "report"];
 
 export class JobPanel {
   #userName;

@@ -2,7 +2,7 @@
 // What the documents of jobs mean in words. Nothing here touches the page.
 
 import { number, shortDuration } from "./format.mjs";
-import { G, gapVerdictOf } from "./gap_words.mjs";
+import { G, gapVerdictOf, plain } from "./gap_words.mjs";
 import { U, verdictOf } from "./unit_words.mjs";
 
 /** A text by its name in the interface; one that is not known is that name. */
@@ -70,7 +70,7 @@ export function endedText(job) {
     const verdict = job.result?.verdict;
     const judged = job.kind === "gap_find" ? gapVerdictOf : verdictOf;
     const shown = verdict === undefined ? { title: U.jobs.states.done, state: "finished" } : judged(verdict);
-    return { title, badge: { text: shown.title, state: shown.state }, text: job.result?.sentence ?? job.result?.reason ?? "" };
+    return { title, badge: { text: shown.title, state: shown.state }, text: job.result?.sentence ?? plain(job.result?.reason ?? "") };
   }
   const state = job.state === "failed" ? "failed" : "waiting";
   return { title, badge: { text: known(U.jobs.states, job.state), state }, text: job.message ?? "" };

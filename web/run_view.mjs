@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // One run: what it is, its strip chart, its segments with what the gate refused, and how to void it.
 
-import { get } from "./api.mjs";
+import { getAhead } from "./ahead.mjs";
 import { $, element, say, show, tell } from "./dom.mjs";
 import { clock, count, duration, significant, UNKNOWN } from "./format.mjs";
 import { channelText, marksOf, placeText, plateauText, quantityOf, R, runTime, stateOf, upText } from "./run_words.mjs";
@@ -51,7 +51,7 @@ export class RunView {
     const asked = this.#asked;
     show($("run-failure"), false);
     try {
-      const document = await get(`run?${asked}`);
+      const document = await getAhead(`run?${asked}`);
       if (asked !== this.#asked) return; // another run was asked for meanwhile
       const wasShown = this.#document !== null;
       this.#document = document;

@@ -137,3 +137,15 @@ export function valueText(value, range) {
   if (!(range > 0)) return significant(value, 6);
   return number(value, Math.max(0, Math.min(9, 3 - Math.floor(Math.log10(range)))));
 }
+
+/** Whether stretches of samples are shown of at least one stream, instead of every sample. */
+export const isStretches = (answers) => answers.some(({ kind }) => kind === "buckets");
+
+/** Which span the strip chart shows, and how, once the station has answered. */
+export function windowText(from_s, to_s, answers) {
+  const step_s = (to_s - from_s) / 1000;
+  const digits_s = step_s >= 1 ? 1 : 10 ** Math.floor(Math.log10(step_s));
+  const rows = Math.max(0, ...answers.map((answer) => answer.rows));
+  const how = answers.length === 0 ? "" : isStretches(answers) ? R.strip.stretches(rows) : R.strip.everySample(rows);
+  return `${R.strip.window(runTime(from_s, digits_s), runTime(to_s, digits_s))}${how}`;
+}

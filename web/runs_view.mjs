@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // All stored runs by campaign.
 
+import { asksAhead } from "./ahead.mjs";
 import { get } from "./api.mjs";
 import { $, element, english, say, show } from "./dom.mjs";
 import { shortDuration, timeOfDay, UNKNOWN } from "./format.mjs";
@@ -111,7 +112,9 @@ export class RunsView {
   #row(run) {
     const row = element("tr", "");
     const link = element("a", run.run);
-    link.href = `#${new URLSearchParams({ run: run.run_id, unit: run.unit })}`;
+    const place = new URLSearchParams({ run: run.run_id, unit: run.unit });
+    link.href = `#${place}`;
+    asksAhead(link, `run?${place}`);
     const name = element("td", "");
     name.append(link);
     const marks = element("td", "");

@@ -2,6 +2,7 @@
 // The segments of a run over its time: a row of boxes above the panels, and a tint behind their lines.
 
 import { svg } from "./axes.mjs";
+import { colour } from "./chart_colours.mjs";
 import { stateOf, upText } from "./run_words.mjs";
 
 const HEIGHT = 24;
@@ -9,8 +10,6 @@ const LETTER = 7; // pixels of one
 const TINTS = { used: "accent", part: "warn", refused: "bad", void: "soft" };
 const SHARES = { used: 0.07, part: 0.16, refused: 0.2, void: 0.25 };
 const MARKS = { part: "△", refused: "✕", void: "–" };
-
-const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
 
 export class SegmentTrack {
   #node;

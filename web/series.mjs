@@ -3,14 +3,18 @@
 
 import { channelText, quantityOf } from "./run_words.mjs";
 
-const GAP = 4; // times the usual spacing: nothing is known of the time between
+const GAP = 4; // times the widest usual spacing: nothing is known of the time between
+const USUAL = 0.9; // of the spacings are usual, however they differ: where time is simulated fast, the chamber's do by a factor of ten
+const [FEWEST_POINTS, MOST_POINTS] = [200, 2000]; // the latter is the station's limit
+const POINT_PIXELS = 2; // of one stretch: what is drawn takes as long as it has points
 const STEPS_S = [1, 2, 5, 10, 15, 30, 60, 120, 300, 600, 900, 1800, 3600, 7200, 14400, 21600, 43200, 86400];
 
-const middle = (values) => [...values].sort((a, b) => a - b)[values.length >> 1] ?? 0;
+/** The value that so large a share of them does not exceed; 0 of none. */
+const quantile = (values, share) => [...values].sort((a, b) => a - b)[Math.floor(share * (values.length - 1))] ?? 0;
 
 /** A pause of the recording parts the line: a point without a value between. */
 function withGaps(points) {
-  const usual_s = middle(points.slice(1).map((point, i) => point.t_s - points[i].t_s));
+  const usual_s = quantile(points.slice(1).map((point, i) => point.t_s - points[i].t_s), USUAL);
   return points.flatMap((point, i) => {
     const before = points[i - 1];
     if (!before || point.first_s - before.last_s <= GAP * usual_s) return [point];
@@ -33,6 +37,19 @@ function bucketsOf(channel, shown) {
     mean: shown(channel.mean[i]),
     high: shown(channel.maximum[i]),
   }));
+}
+
+/**
+ * What the station is asked for channels {stream, name} of a run over a span: one question for each stream. `width`: of the chart, in pixels.
+ * @returns {string[]}
+ */
+export function questionsOf({ run_id, unit }, channels, from_s, to_s, width) {
+  const points = Math.round(Math.min(MOST_POINTS, Math.max(FEWEST_POINTS, width / POINT_PIXELS)));
+  return [...new Set(channels.map(({ stream }) => stream))].map((stream) => {
+    const question = new URLSearchParams({ run: run_id, unit, stream, from_s: String(from_s), to_s: String(to_s), points: String(points) });
+    for (const channel of channels) if (channel.stream === stream) question.append("channel", channel.name);
+    return `run/series?${question}`;
+  });
 }
 
 /** One line for each channel of an answer: {key, name, unit, raw, points}, points {t_s, first_s, last_s, low, mean, high} rising in time. */

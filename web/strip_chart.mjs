@@ -3,18 +3,16 @@
 // and keyboard change. Samples or stretches of them come from the station as that span asks for.
 
 import { get } from "./api.mjs";
+import { forgetColours } from "./chart_colours.mjs";
 import { $, say, tell } from "./dom.mjs";
-import { R, runTime } from "./run_words.mjs";
+import { isStretches, R, runTime, windowText } from "./run_words.mjs";
 import { SegmentTrack } from "./segment_track.mjs";
-import { linesOf } from "./series.mjs";
+import { linesOf, questionsOf } from "./series.mjs";
 import { loadDygraphs, StripPanel } from "./strip_panel.mjs";
-import { clamped, moved, wholeOf, zoomed } from "./time_span.mjs";
+import { clamped, isWithin, moved, wholeOf, zoomed } from "./time_span.mjs";
 
-const [FEWEST_POINTS, MOST_POINTS] = [200, 2000]; // the latter is the station's limit
-const POINT_PIXELS = 2; // of one stretch: what is drawn takes as long as it has points
 const CLICK_PIXELS = 5;
-const ZOOM = 2;
-const WHEEL_ZOOM = 1.25;
+const [ZOOM, WHEEL_ZOOM] = [2, 1.25];
 const STEP = 0.25; // of the window
 const BUSY_MS = 1000;
 const BUSY = "busy"; // docs/http-api.md
@@ -102,9 +100,7 @@ export class StripChart {
   }
 
   #middle() {
-    const [from_s, to_s] = this.#window;
-    const cursor_s = this.#cursor_s;
-    return cursor_s !== null && cursor_s >= from_s && cursor_s <= to_s ? cursor_s : (from_s + to_s) / 2;
+    return isWithin(this.#cursor_s, this.#window) ? this.#cursor_s : (this.#window[0] + this.#window[1]) / 2;
   }
 
   // ---- what the station says
@@ -119,7 +115,8 @@ export class StripChart {
       this.#stale = false;
       const [from_s, to_s] = this.#window;
       try {
-        const answers = await Promise.all(this.#questions(from_s, to_s).map((question) => get(question)));
+        const questions = questionsOf(this.#document.run, this.#channels, from_s, to_s, $("strip").clientWidth);
+        const answers = await Promise.all(questions.map((question) => get(question)));
         this.#Dygraph ??= await loadDygraphs();
         if (!this.#stale) this.#draw(answers);
       } catch (error) {
@@ -133,17 +130,6 @@ export class StripChart {
     $("strip").setAttribute("aria-busy", "false");
   }
 
-  #questions(from_s, to_s) {
-    const points = Math.round(Math.min(MOST_POINTS, Math.max(FEWEST_POINTS, $("strip").clientWidth / POINT_PIXELS)));
-    const { run_id, unit } = this.#document.run;
-    const streams = new Set(this.#channels.map(({ stream }) => stream));
-    return [...streams].map((stream) => {
-      const question = new URLSearchParams({ run: run_id, unit, stream, from_s: String(from_s), to_s: String(to_s), points: String(points) });
-      for (const channel of this.#channels) if (channel.stream === stream) question.append("channel", channel.name);
-      return `run/series?${question}`;
-    });
-  }
-
   #draw(answers) {
     this.#answered = answers;
     const lines = answers.flatMap(linesOf);
@@ -152,7 +138,7 @@ export class StripChart {
     for (const [unit, panel] of this.#panels) {
       panel.draw(this.#Dygraph, lines.filter((line) => line.unit === unit), styles, ...this.#window);
     }
-    $("strip").dataset.kind = answers.some(({ kind }) => kind === "buckets") ? "buckets" : "samples";
+    $("strip").dataset.kind = isStretches(answers) ? "buckets" : "samples";
     this.#redrawTrack();
     this.#sayWindow();
     if (this.#moved) this.#onWindow(...this.#window); // not at each turn of the wheel: browsers refuse floods of that
@@ -175,12 +161,7 @@ export class StripChart {
   }
 
   #sayWindow() {
-    const [from_s, to_s] = this.#window;
-    const step_s = (to_s - from_s) / 1000;
-    const digits_s = step_s >= 1 ? 1 : 10 ** Math.floor(Math.log10(step_s));
-    const rows = Math.max(0, ...this.#answered.map((answer) => answer.rows));
-    const how = this.#answered.length === 0 ? "" : $("strip").dataset.kind === "samples" ? R.strip.everySample(rows) : R.strip.stretches(rows);
-    say($("strip-window"), `${R.strip.window(runTime(from_s, digits_s), runTime(to_s, digits_s))}${how}`);
+    say($("strip-window"), windowText(...this.#window, this.#answered));
     $("strip").setAttribute("aria-label", R.strip.label($("strip-window").textContent));
   }
 
@@ -216,7 +197,7 @@ export class StripChart {
   #point(t_s) {
     if (!this.#area()) return;
     const [from_s, to_s] = this.#window;
-    this.#cursor_s = t_s !== null && t_s >= from_s && t_s <= to_s ? t_s : null;
+    this.#cursor_s = isWithin(t_s, this.#window) ? t_s : null;
     this.#line.hidden = this.#cursor_s === null;
     const texts = [...this.#panels.values()].flatMap((panel) => panel.point(this.#cursor_s));
     if (this.#line.hidden) return;
@@ -243,6 +224,7 @@ export class StripChart {
       this.#redrawTrack();
     }).observe(strip);
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
+      forgetColours();
       for (const panel of this.#panels.values()) panel.recolour();
     });
   }

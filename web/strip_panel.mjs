@@ -2,6 +2,7 @@
 // One pair of axes of the strip chart, drawn by dygraphs: lines of one unit with the band between the least and the
 // greatest sample of each stretch.
 
+import { colour } from "./chart_colours.mjs";
 import { element } from "./dom.mjs";
 import { written } from "./format.mjs";
 import { panelTitle, runTime, valueText } from "./run_words.mjs";
@@ -20,9 +21,6 @@ export async function loadDygraphs() {
   Dygraph.PLUGINS = Dygraph.PLUGINS.filter((plugin) => plugin !== Dygraph.Plugins.Legend);
   return Dygraph;
 }
-
-/** A colour of the style sheet, as it is now. */
-const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
 
 const BAND_ALPHA = 0.3;
 

@@ -29,6 +29,9 @@ export const text = {
     reference_added: "Kalibrierschein eingetragen", run: "Lauf", run_added: "Lauf gespeichert", segment: "Segment", station_set_up: "Station eingerichtet", step: "Schritt", unit: "Prüfling", unit_added: "Prüfling angelegt",
     check_standard_added: "Kontrollnormal benannt", gap_withdrawn: "Effekt zurückgenommen", noise_exported: "Rauschwerte ausgegeben", reference_retired: "Kalibrierschein außer Dienst",
     reference_withdrawn: "Kalibrierschein zurückgezogen", samples_dropped: "Messwerte entfernt", shard_merged: "Modelle eines anderen Rechners", verification: "Verifizierung", voided: "für ungültig erklärt",
+    account: "Konto", alarm: "Alarm", alarm_not_sent: "Alarmnachricht nicht gesendet", chamber: "Kammer", check_standard: "Kontrollnormal", check_standard_ended: "kein Kontrollnormal mehr",
+    journal: "Aufzeichnung der Kampagne", logged_in: "angemeldet", logged_out: "abgemeldet", login_limited: "Anmeldung für eine Weile gesperrt", login_refused: "Anmeldung abgelehnt", model_fitted: "Modell angepasst",
+    model_withdrawn: "Modell zurückgezogen", position: "Lage", power: "Stromversorgung", reference_waived: "Ausnahme für ein abgelaufenes Prüfmittel", run_warning: "Warnung zu einem Lauf", storage: "Speicher",
   },
   chain: {
     title: "Ist das Protokoll so, wie es geschrieben wurde?",

@@ -32,6 +32,9 @@ export const text = {
     run_added: "run stored", segment: "segment", station_set_up: "station set up", step: "step", unit: "unit", unit_added: "unit added",
     check_standard_added: "check standard named", gap_withdrawn: "effect withdrawn", noise_exported: "noise values exported", reference_retired: "certificate retired",
     reference_withdrawn: "certificate withdrawn", samples_dropped: "samples dropped", shard_merged: "models of another machine", verification: "verification", voided: "voided",
+    account: "account", alarm: "alarm", alarm_not_sent: "alarm message not sent", chamber: "chamber", check_standard: "check standard", check_standard_ended: "check standard named no more",
+    journal: "record of the campaign", logged_in: "logged in", logged_out: "logged out", login_limited: "log-in blocked for a while", login_refused: "log-in refused", model_fitted: "model fitted",
+    model_withdrawn: "model withdrawn", position: "position", power: "power", reference_waived: "waiver for an expired certificate", run_warning: "warning about a run", storage: "storage",
   },
   chain: {
     title: "Is the log as it was written?",

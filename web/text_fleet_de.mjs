@@ -3,9 +3,6 @@
 
 import { plural } from "./format.mjs";
 
-const apart = (count) => (count === 0 ? "Kein Prüfling weicht" : plural(count, { one: `${count} Prüfling weicht`, other: `${count} Prüflinge weichen` }));
-const moved = (count) => (count === 0 ? "keiner hat" : plural(count, { one: `${count} hat`, other: `${count} haben` }));
-
 /** @type {typeof import("./text_fleet_en.mjs").text} */
 export const text = {
   title: "Flotte",
@@ -18,8 +15,11 @@ export const text = {
   noModels: "Von diesem Typ hat noch kein Prüfling ein Modell: einen anpassen.",
   oneModel: "Nur ein Prüfling dieses Typs hat ein Modell: Noch gibt es nichts zu vergleichen.",
   ownDrift: (hasMoved) => ` Er hat sich seit dem Modell davor ${hasMoved ? "" : "nicht "}verschoben.`,
-  summary: (unlike, drifted) => `${apart(unlike)} von den anderen ab; ${moved(drifted)} sich seit dem Modell davor verschoben.`,
-  few: (fewest) => ` Bei weniger als ${fewest} Modellen wird keines als Ausreißer gekennzeichnet.`,
+  apart: (count) => `${count === 0 ? "Kein Prüfling weicht" : plural(count, { one: `${count} Prüfling weicht`, other: `${count} Prüflinge weichen` })} von den anderen ab.`,
+  few: (count, fewest) => `Zu wenige Prüflinge, um zu sagen, welcher anders als die anderen ist: ${count} haben ein Modell, ${fewest} sind nötig.`,
+  moved: (count, of) => (of === 0 ? "Ob sich einer verschoben hat, ist nicht bekannt: Dazu braucht es zwei Modelle desselben Prüflings, jedes aus mehreren Läufen."
+    : `Von ${plural(of, { one: `${of} Prüfling`, other: `${of} Prüflingen` })} mit einem Modell davor ${
+      count === 0 ? "hat sich keiner" : plural(count, { one: `hat sich ${count}`, other: `haben sich ${count}` })} seitdem verschoben.`),
   rule: (distance, fewest) =>
     `Ein Prüfling ist gekennzeichnet, wo seine Kurve um mehr als ${distance} Streuungen von der Mediankurve abweicht (quadratisches Mittel über die Temperaturen, alle 5 °C). Die Streuung ist die ` +
     "Standardabweichung der Flotte, aus dem Median der Abweichungen, damit einzelne Ausreißer sie nicht vergrößern, und nie kleiner als die Unsicherheit der Kurven. Von Prüflingen, die sich nur zufällig " +
@@ -30,6 +30,7 @@ export const text = {
     title: "Prüflinge",
     onlyMarked: "Nur die auffälligen",
     none: "Kein Prüfling ist auffällig.",
+    fewToMark: (fewest) => `Kein Prüfling ist gekennzeichnet. Bei weniger als ${fewest} Modellen lässt sich nicht sagen, welcher anders als die anderen ist.`,
     unit: "Prüfling",
     verdict: "Urteil",
     outliers: "Anders als die anderen bei",
@@ -45,8 +46,8 @@ export const text = {
     axes: { temp: "Temperatur des Prüflings, °C", bias: (unit) => `Nullpunktfehler, ${unit}`, scale: (unit) => `Skalenfehler, ${unit}` },
     none: "Kein Modell dieses Typs enthält eine solche Kurve.",
     label: (curve, sensor) => `${curve}, ${sensor}`,
-    about: (count, serials) => `${plural(count, { one: `${count} Prüfling`, other: `${count} Prüflinge` })}; ${
-      serials.length === 0 ? "keiner weicht ab" : plural(serials.length, { one: `${serials[0]} weicht ab`, other: `${serials.join(", ")} weichen ab` })}`,
+    about: (count, serials, isCompared) => `${plural(count, { one: `${count} Prüfling`, other: `${count} Prüflinge` })}; ${
+      !isCompared ? "zu wenige zum Vergleichen" : serials.length === 0 ? "keiner weicht ab" : plural(serials.length, { one: `${serials[0]} weicht ab`, other: `${serials.join(", ")} weichen ab` })}`,
     median: "Median",
     spread: "eine Streuung nach beiden Seiten",
     each: "jeder Prüfling",

@@ -3,9 +3,6 @@
 
 import { plural } from "./format.mjs";
 
-const apart = (count) => (count === 0 ? "No unit stands" : plural(count, { one: `${count} unit stands`, other: `${count} units stand` }));
-const moved = (count) => (count === 0 ? "no unit has" : plural(count, { one: `${count} unit has`, other: `${count} units have` }));
-
 export const text = {
   title: "Fleet",
   type: "Type",
@@ -17,8 +14,12 @@ export const text = {
   noModels: "No unit of this type has a model yet: fit one.",
   oneModel: "Only one unit of this type has a model: nothing to compare with yet.",
   ownDrift: (hasMoved) => ` It has ${hasMoved ? "" : "not "}moved since the model before.`,
-  summary: (unlike, drifted) => `${apart(unlike)} out from the others; ${moved(drifted)} moved since the model before.`,
-  few: (fewest) => ` With fewer than ${fewest} models none is marked as an outlier.`,
+  apart: (count) => `${count === 0 ? "No unit stands" : plural(count, { one: `${count} unit stands`, other: `${count} units stand` })} out from the others.`,
+  few: (count, fewest) => `Too few units to say which is unlike the others: ${count} have a model, ${fewest} are needed.`,
+  /** `of`: the units of which two models are compared. */
+  moved: (count, of) => (of === 0 ? "Whether one has moved is not known: that takes two models of the same unit, each of several runs."
+    : `${plural(of, { one: `Of ${of} unit with a model before`, other: `Of ${of} units with a model before` })}, ${
+      count === 0 ? "none has" : plural(count, { one: `${count} has`, other: `${count} have` })} moved since.`),
   rule: (distance, fewest) =>
     `A unit is marked where its curve is more than ${distance} spreads from the median curve (root mean square over the temperatures, every 5 °C). The spread is the standard deviation ` +
     "of the fleet, from the median of the deviations so that a few odd units do not widen it, and never less than what the curves are uncertain by. Of units that differ by chance alone, about 1 in 100 is marked in a fleet of " +
@@ -28,6 +29,7 @@ export const text = {
     title: "Units",
     onlyMarked: "Only those that stand out",
     none: "No unit stands out.",
+    fewToMark: (fewest) => `No unit is marked. With fewer than ${fewest} models nobody can say which is unlike the others.`,
     unit: "Unit",
     verdict: "Verdict",
     outliers: "Not like the others in",
@@ -43,8 +45,8 @@ export const text = {
     axes: { temp: "temperature of the unit, °C", bias: (unit) => `bias, ${unit}`, scale: (unit) => `scale error, ${unit}` },
     none: "No model of this type states such a curve.",
     label: (curve, sensor) => `${curve} of ${sensor}`,
-    about: (count, serials) => `${plural(count, { one: `${count} unit`, other: `${count} units` })}; ${
-      serials.length === 0 ? "none stands out" : plural(serials.length, { one: `${serials[0]} stands out`, other: `${serials.join(", ")} stand out` })}`,
+    about: (count, serials, isCompared) => `${plural(count, { one: `${count} unit`, other: `${count} units` })}; ${
+      !isCompared ? "too few to compare" : serials.length === 0 ? "none stands out" : plural(serials.length, { one: `${serials[0]} stands out`, other: `${serials.join(", ")} stand out` })}`,
     median: "median",
     spread: "one spread either way",
     each: "each unit",

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the card of a unit's gap says, in German. Effects keep their names in the interface, with what they are beside them.
+// What the card of a unit's gap says, in German. Behind what an effect is stands its English name, by which the guide and soak know it.
 
 import { plural } from "./format.mjs";
 
@@ -41,7 +41,8 @@ const ON_RAMPS = {
 const WANDER_IN_ENOUGH_RUNS = { usual: "etwas, das sich langsam und in jedem Lauf anders bewegt, aber nicht wie langsames Rauschen: der Raum, die Versorgung, ein Kabel", look: "was in den Läufen nicht gleich war: der Raum, die Versorgung, wie der Prüfling befestigt war; einen Lauf aufzeichnen, in dem all das gleich ist" };
 const ENOUGH_RUNS = 4; // eines Prüfablaufs, um zu messen, wie ein Nullpunkt wandert
 
-const effect = (name) => (Object.hasOwn(EFFECTS, name) ? `${name} (${EFFECTS[name]})` : name);
+const english = (name) => name.replaceAll("_", " ");
+const effect = (name) => (Object.hasOwn(EFFECTS, name) ? `${EFFECTS[name]} (${english(name)})` : english(name));
 const either = (names) => names.map(effect).join(" oder ");
 
 /** @type {typeof import("./text_gap_en.mjs").text} */
@@ -62,7 +63,7 @@ export const text = {
   },
   verdicts: { none: "NICHTS GEFUNDEN", named: "EFFEKT GEFUNDEN", accepted: "EFFEKT ANGENOMMEN", unknown: "NICHT ERKLÄRT", cannot_judge: "NICHT ZU BEURTEILEN" },
   effect,
-  effectTitle: effect,
+  effectTitle: (name) => effect(name).replace(/^./u, (first) => first.toUpperCase()),
   either,
   allSensors: "allen Sensoren",
   found: {

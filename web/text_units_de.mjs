@@ -144,7 +144,7 @@ export const text = {
       `${campaign} (${plural(count, { one: `${count} Prüfling`, other: `${count} Prüflinge` })}${open === null ? "" : open.stopped ? ", vor dem Ende angehalten" : ", läuft noch"})`,
     last: (job) => `Zuletzt: ${job}`,
     fitted: (fitted, same, failed) => `${fitted} angepasst, ${same} ohne Neues, ${failed} nicht angepasst.`,
-    fitCancelled: "Was davor angepasst wurde, ist gespeichert; „Alle anpassen“ macht mit den anderen weiter.",
+    fitCancelled: (isKnown) => `${isKnown ? "Das" : "Was davor angepasst wurde,"} ist gespeichert; „Alle anpassen“ macht mit den anderen weiter.`,
     judged: (counts) => `Beurteilt: ${counts}.`,
     notVerified: (count) => plural(count, { one: `${count} Prüfling konnte nicht verifiziert werden.`, other: `${count} Prüflinge konnten nicht verifiziert werden.` }),
     skipped: (count) => plural(count, { one: `${count} Prüfling wurde ausgelassen.`, other: `${count} Prüflinge wurden ausgelassen.` }),

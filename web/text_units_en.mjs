@@ -146,7 +146,8 @@ export const text = {
     last: (job) => `Last: ${job}`,
     /** What became of a fit, after how many units. */
     fitted: (fitted, same, failed) => `${fitted} fitted, ${same} with nothing new, ${failed} not fitted.`,
-    fitCancelled: "What was fitted before that is stored; Fit all goes on with the others.",
+    /** `isKnown`: whether what was fitted before has been told. */
+    fitCancelled: (isKnown) => `${isKnown ? "That" : "What was fitted before that"} is stored; Fit all goes on with the others.`,
     judged: (counts) => `Judged: ${counts}.`,
     notVerified: (count) => plural(count, { one: `${count} unit could not be verified.`, other: `${count} units could not be verified.` }),
     skipped: (count) => plural(count, { one: `${count} unit was left out.`, other: `${count} units were left out.` }),

@@ -40,3 +40,6 @@ export function moved([from_s, to_s], share, [first_s, last_s]) {
   const by_s = Math.min(last_s - to_s, Math.max(first_s - from_s, share * (to_s - from_s)));
   return [from_s + by_s, to_s + by_s];
 }
+
+/** Whether `t_s` is a time in a window; null is none. */
+export const isWithin = (t_s, [from_s, to_s]) => t_s !== null && t_s >= from_s && t_s <= to_s;

@@ -11,7 +11,7 @@ import { RepairDialog } from "./repair_dialog.mjs";
 import { badge } from "./runs_view.mjs";
 import { sensorCard } from "./unit_curves.mjs";
 import { renderJudged } from "./unit_judged.mjs";
-import { badgesOf, nextOf, sensorText, sortedWarnings, U, verdictNow, verdictOf, verdictText } from "./unit_words.mjs";
+import { badgesOf, nextOf, sensorText, sortedWarnings, U, verdictNow, verdictOf, verdictText, withSensors } from "./unit_words.mjs";
 import { openCampaign, recordedNow } from "./words.mjs";
 
 const PARTS = ["unit-repair", "unit-verdict", "unit-next-box", "unit-facts", "unit-work", "unit-warnings-card", "unit-impact", "unit-gap", "unit-curves"];
@@ -239,7 +239,7 @@ function warningLine({ code, text, remedy, sensors, urgency }) {
   const name = U.warnings.name(code);
   const said = name === "" && sensors.length === 1 && text.startsWith(sensors[0]);
   const who = sensors.length > 0 && !said ? `${sensors.map(sensorText).join(", ")}: ` : "";
-  line.append(`${who}${name}${name && ": "}`, english(text), ...(text.endsWith(".") ? [] : ["."]));
+  line.append(`${who}${name}${name && ": "}`, english(withSensors(text)), ...(text.endsWith(".") ? [] : ["."]));
   const toDo = Object.assign(element("span", ""), { className: "why" });
   tell(toDo, [" ", U.warnings.remedy(code, remedy)]);
   if (remedy) line.append(toDo);

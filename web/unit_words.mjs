@@ -204,6 +204,9 @@ export function warningsOf({ warnings, verification }) {
   return [...warnings, ...(verification?.warnings ?? [])].sort((a, b) => rank(a) - rank(b));
 }
 
+/** The station's words with sensors as people write them: "accel_x scale" → "accel x scale". */
+export const withSensors = (text) => text.replace(/\b(gyro|accel)_([xyz])\b/g, "$1 $2");
+
 /** A warning about each of several sensors in the same words is one: its `text` then does not begin with the sensor, which `sensors` names. */
 function gathered(warnings) {
   const found = new Map();

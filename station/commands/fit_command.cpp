@@ -296,7 +296,7 @@ std::vector<std::string> batch_row(const nlohmann::json& fit, bool up_to_date) {
           std::to_string(warnings.size())};
 }
 
-/// What became of each unit, and which its newest model is now.
+/// What became of each unit that the batch came to, and which its newest model is now.
 base::Status print_brief(const db::Catalog& catalog, const std::vector<BatchUnit>& units, Output& output) {
   const auto heads = catalog.models();
   if (!heads) return base::forward_error(heads);
@@ -304,6 +304,7 @@ base::Status print_brief(const db::Catalog& catalog, const std::vector<BatchUnit
   for (const db::ModelHead& head : *heads) newest[head.unit] = std::max(newest[head.unit], head.version);
   nlohmann::json list = nlohmann::json::array();
   for (const BatchUnit& unit : units) {
+    if (!unit.done && !unit.failure) continue;
     const auto model = newest.find(unit.serial);
     list.push_back({{"unit", unit.serial},
                     {"result", name_of(result_of(unit))},
@@ -400,12 +401,14 @@ base::Status FitCommand::fit_all(const db::Catalog& catalog, Output& output) con
   if (campaign) {
     if (auto known = check_campaign_known(catalog, *campaign); !known) return known;
   }
-  const auto units = fit_batch(catalog, *serials, {campaign, {rules}, jobs, user_name()}, output.progress("fitting"));
+  const auto batch = fit_batch(catalog, *serials, {campaign, {rules}, jobs, user_name()}, output.progress("fitting"));
   output.end_progress();
-  if (!units) return base::forward_error(units);
   const bool is_brief = brief && output.json();
-  const base::Status printed = is_brief ? print_brief(catalog, *units, output) : print_batch(catalog, *units, output);
-  const base::Status failed = all_failures(*units);
+  if (!batch.ended && !is_brief) return batch.ended;
+  const auto& units = batch.units;
+  const base::Status printed = is_brief ? print_brief(catalog, units, output) : print_batch(catalog, units, output);
+  if (!batch.ended) return batch.ended;
+  const base::Status failed = all_failures(units);
   return failed ? printed : failed;
 }
 

@@ -37,23 +37,26 @@ class Batch {
     for (const std::string& serial : serials) units_.push_back({.serial = serial, .failure = {}});
   }
 
-  base::Result<std::vector<BatchUnit>> run() {
-    std::vector<std::size_t> all(units_.size());
-    std::iota(all.begin(), all.end(), std::size_t{0});
-    const auto first = in_parallel(all, [this](Worker& worker, std::size_t i) { return fit_or_defer(worker, i); });
-    if (!first) return base::forward_error(first);
-    const std::vector<std::size_t> last = std::exchange(deferred_, {});
-    if (options_.shard) {
-      for (const std::size_t i : last) units_[i].waits_for_fleet = true;
-      return std::move(units_);
-    }
-    for (const std::size_t i : last) without_.insert(units_[i].serial);
-    const auto second = in_parallel(last, [this](Worker& worker, std::size_t i) { return fit_with_fleet(worker, i); });
-    if (!second) return base::forward_error(second);
-    return std::move(units_);
+  BatchResult run() {
+    base::Status ended = fit_all();
+    return {std::move(units_), std::move(ended)};
   }
 
  private:
+  base::Status fit_all() {
+    std::vector<std::size_t> all(units_.size());
+    std::iota(all.begin(), all.end(), std::size_t{0});
+    const auto first = in_parallel(all, [this](Worker& worker, std::size_t i) { return fit_or_defer(worker, i); });
+    if (!first) return first;
+    const std::vector<std::size_t> last = std::exchange(deferred_, {});
+    if (options_.shard) {
+      for (const std::size_t i : last) units_[i].waits_for_fleet = true;
+      return {};
+    }
+    for (const std::size_t i : last) without_.insert(units_[i].serial);
+    return in_parallel(last, [this](Worker& worker, std::size_t i) { return fit_with_fleet(worker, i); });
+  }
+
   /// `take_turn` with each of the units, on the first free thread. Fails where the batch ended before its time.
   template <class TakeTurn>
   base::Status in_parallel(const std::vector<std::size_t>& units, const TakeTurn& take_turn) {
@@ -116,6 +119,7 @@ class Batch {
     if (is_deferred) deferred_.push_back(unit);
     // A unit that takes two turns is half done after the first.
     done_ += is_deferred || without_.contains(units_[unit].serial) ? 0.5 : 1.0;
+    units_[unit].done = turn && !is_deferred;
     // What failed because the user stopped the batch is no failure of the unit.
     if (tell_progress() && !turn) units_[unit].failure = turn.error();
   }
@@ -161,9 +165,10 @@ class Batch {
     if (!model) return base::forward_error(model);
     const auto stored = options_.shard ? options_.shard(worker.catalog, *model, inputs.seen)
                                        : store_model(worker.catalog, *model, inputs.seen);
+    if (stored) return Turn::done;
     // Where one model cannot be stored no other can: the time of the rest is saved.
-    if (!stored) end_with(stored.error());
-    return Turn::done;
+    end_with(stored.error());
+    return base::forward_error(stored);
   }
 
   base::Result<Turn> fit_or_defer(Worker& worker, std::size_t i) {
@@ -223,9 +228,8 @@ class Batch {
 
 }  // namespace
 
-base::Result<std::vector<BatchUnit>> fit_batch(const db::Catalog& catalog, const std::vector<std::string>& units,
-                                               const BatchOptions& options,
-                                               const std::function<bool(double)>& progress) {
+BatchResult fit_batch(const db::Catalog& catalog, const std::vector<std::string>& units, const BatchOptions& options,
+                      const std::function<bool(double)>& progress) {
   return Batch(catalog, units, options, progress).run();
 }
 

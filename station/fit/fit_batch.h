@@ -34,7 +34,15 @@ struct BatchUnit {
   std::string serial;
   bool up_to_date = false;       ///< its newest model was made of the same inputs: it was not fitted again
   bool waits_for_fleet = false;  ///< of a shard: it is fitted when the models of all shards are in one catalog
+  bool done = false;             ///< it was fitted, or left alone
   std::optional<base::Error> failure;
+};
+
+/// What became of all units, also where the batch ended before its time: it did not come to those that are neither done
+/// nor failed.
+struct BatchResult {
+  std::vector<BatchUnit> units;  ///< in the order given
+  base::Status ended;            ///< fails (internal) where it was stopped, and where no catalog can be opened
 };
 
 /// Fits many units, as many at a time as there are threads, each thread with a connection of its own to the catalog.
@@ -44,12 +52,9 @@ struct BatchUnit {
 /// Units that were recorded one way and take what the fleet shows of hysteresis come last, when all others are fitted;
 /// none of them counts for the fleet. So the models depend neither on the number of threads nor on the order.
 ///
-/// `progress` gets the share that is done and returns false to stop; calls come one at a time, from any thread. Returns
-/// an entry per unit, in the order given; fails (internal) where it was stopped, and where no catalog can be opened.
-/// Memory: that of `jobs` units.
-[[nodiscard]] base::Result<std::vector<BatchUnit>> fit_batch(const db::Catalog& catalog,
-                                                             const std::vector<std::string>& units,
-                                                             const BatchOptions& options,
-                                                             const std::function<bool(double)>& progress);
+/// `progress` gets the share that is done and returns false to stop; calls come one at a time, from any thread. Memory:
+/// that of `jobs` units.
+[[nodiscard]] BatchResult fit_batch(const db::Catalog& catalog, const std::vector<std::string>& units,
+                                    const BatchOptions& options, const std::function<bool(double)>& progress);
 
 }  // namespace soak::station

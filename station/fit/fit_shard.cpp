@@ -240,15 +240,15 @@ base::Result<FittedShard> fit_shard(const db::Catalog& catalog, const ShardPart&
     const std::lock_guard lock(mutex);
     return writer->add(*entry);
   };
-  auto units = fit_batch(catalog, *serials, options, progress);
-  if (!units) return base::forward_error(units);
-  for (const BatchUnit& unit : *units) {
+  BatchResult batch = fit_batch(catalog, *serials, options, progress);
+  if (!batch.ended) return base::forward_error(batch.ended);
+  for (const BatchUnit& unit : batch.units) {
     if (result_of(unit) == ShardResult::fitted) continue;
     if (auto added = writer->add(other_entry(unit)); !added) return base::forward_error(added);
   }
   auto sha256 = writer->finish();
   if (!sha256) return base::forward_error(sha256);
-  return FittedShard{*std::move(sha256), *std::move(units)};
+  return FittedShard{*std::move(sha256), std::move(batch.units)};
 }
 
 base::Result<MergedShard> merge_shard(db::Catalog& catalog, const std::filesystem::path& file,

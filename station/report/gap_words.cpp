@@ -21,8 +21,6 @@ using calib::gap::ResidualStructure;
 using calib::gap::StructureKind;
 
 constexpr double kHardlyAny = 1e-6;  ///< chance below which nobody asks for the figure
-/// Odds below which a rival is out: on campaigns of another laboratory all 297 first names that stood so were right.
-constexpr double kOut = 1e-6;
 constexpr double kSecondsPerHour = 3600.0;
 
 /// What a unit does that has the effect.
@@ -69,7 +67,7 @@ std::string rivals_text(const NamedEffect& effect) {
 }
 
 /// Whether a rival has a chance beside the effect.
-bool is_open(const NamedEffect& effect) { return std::ranges::any_of(effect.rivals, has_chance); }
+bool is_open(const NamedEffect& effect) { return std::ranges::any_of(effect.rivals, calib::gap::has_chance); }
 
 /// How sure names are, and what they cannot be told from.
 std::string certainty(const std::vector<NamedEffect>& effects) {
@@ -278,8 +276,6 @@ std::string rival_text(const calib::gap::Rival& rival) {
   if (*rival.odds > 1.0) return fmt::format("{} (odds {:.2g} to 1)", rival.effect->name, *rival.odds);
   return fmt::format("{} (odds 1 to {:.2g})", rival.effect->name, 1.0 / *rival.odds);
 }
-
-bool has_chance(const calib::gap::Rival& rival) { return rival.odds.value_or(1.0) >= kOut; }
 
 std::string plain_reason(const GapReport& report) {
   std::string reason = report.reason;

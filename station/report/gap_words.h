@@ -23,9 +23,6 @@ using ThreeSentences = std::array<std::string, 3>;
 /// "moisture (odds 1 to 40)"; "3 to 1" for one that is the likelier.
 [[nodiscard]] std::string rival_text(const calib::gap::Rival& rival);
 
-/// Whether a rival is not out beside the effect: its odds are not negligible, or not known.
-[[nodiscard]] bool has_chance(const calib::gap::Rival& rival);
-
 /// The reason without the notes, which come after the tables.
 [[nodiscard]] std::string plain_reason(const calib::gap::GapReport& report);
 

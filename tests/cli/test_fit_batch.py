@@ -176,6 +176,21 @@ class Batch(SoakTest):
         if len(self.versions()) < len(BOTH_WAYS) + 1:
             self.assertEqual((out, batch.returncode), ("", 1))
 
+    def test_what_was_fitted_before_an_interrupt_is_listed(self):
+        batch = subprocess.Popen([os.environ["SOAK_BIN"], "fit", "--all", "--brief", "--json", "--jobs", "1", "--data", str(self.data)], text=True,
+                                 env={**os.environ, "SOAK_PROCEDURES": str(self.procedures)}, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        while not self.versions() and batch.poll() is None:
+            time.sleep(0.002)
+        batch.send_signal(signal.SIGTERM)
+        out, err = batch.communicate(timeout=60)
+        document = json.loads(out)
+        check_schema(document, "fit-brief")
+        self.assertEqual({unit["unit"]: unit["model"] for unit in document["units"]}, self.versions())
+        self.assertEqual({unit["result"] for unit in document["units"]}, {"fitted"})
+        if len(self.versions()) < len(BOTH_WAYS) + 1:
+            self.assertEqual(batch.returncode, 1)
+            self.assertIn("interrupted", json.loads(err)["error"]["message"])
+
     def test_a_unit_that_cannot_be_fitted_does_not_hold_the_others(self):
         header, *rows = recording(plateaus=(-20.0, 0.0, 20.0, 40.0), seconds=20).splitlines()
         column = header.split(",").index("gy_dps")

@@ -97,7 +97,7 @@ class AllUnits(StationTest):
         self.assertTrue(self.disabled("#units-fit"))
         self.click("#units-cancel")
         self.see("#units-last-job", "cancelled")
-        self.see("#units-last-text", "Fit all goes on with the others.")
+        self.see("#units-last-text", "What was fitted before that is stored; Fit all goes on with the others.")
         self.assertEqual(self.soakd.get("job", id=job["id"])["state"], "cancelled")
         self.browser.wait("return document.querySelector('#units-running').hidden")
 
@@ -120,6 +120,13 @@ class AllUnits(StationTest):
         self.assertEqual(self.soakd.refusal("jobs", kind="verify_all", campaign="no such"), (400, "campaign"))
         self.assertEqual(self.soakd.refusal("jobs", kind="verify_all"), (400, "campaign"))
         self.assertEqual(self.soakd.refusal("jobs", kind="fit_all", unit=SERIAL), (400, "unit"))
+
+    def test_a_fit_that_was_cancelled_says_how_many_units_it_came_to(self):
+        self.browser.go(self.soakd.url)
+        units = [{"unit": f"SN{i}", "result": result, "model": 1, "message": None} for i, result in enumerate(("fitted", "fitted", "up_to_date"))]
+        said = self.browser.run("const [job] = arguments; return import('/batch_words.mjs').then((words) => words.batchText(job))",
+                                {"kind": "fit_all", "state": "cancelled", "exit_status": 1, "message": "cancelled by Eva", "result": {"units": units}})
+        self.assertEqual(said, "2 fitted, 1 with nothing new, 0 not fitted. That is stored; Fit all goes on with the others.")
 
     @long_test
     def test_units_that_could_not_be_verified_are_listed_with_their_reason(self):

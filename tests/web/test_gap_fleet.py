@@ -340,14 +340,14 @@ class Page(BrowserTest, WithStation):
         self.assertGreater(len(shown["de"]), 40)
         accepted = self.soakd.get("unit", unit=LAGGING)["model"]["terms"] != []  # by another test
         self.see("#gap-verdict-title", "EFFEKT ANGENOMMEN" if accepted else "EFFEKT GEFUNDEN")
-        self.see("#gap-verdict-text", f"{'Die Suche in Modell 1 ergab:' if accepted else 'Dem Modell fehlt'} sensor_lag (Sensor folgt dem Thermometer verspätet)")
+        self.see("#gap-verdict-text", f"{'Die Suche in Modell 1 ergab:' if accepted else 'Dem Modell fehlt'} Sensor folgt dem Thermometer verspätet (sensor lag)")
         self.see("#gap-effects", "unter 1 zu 1 Million")
-        self.assertEqual(self.browser.run("return document.querySelector('#gap-effects h3').innerText"), "sensor_lag (Sensor folgt dem Thermometer verspätet)")
+        self.assertEqual(self.browser.run("return document.querySelector('#gap-effects h3').innerText"), "Sensor folgt dem Thermometer verspätet (sensor lag)")
         self.assertEqual(self.browser.run("return getComputedStyle(document.querySelector('#gap-next'), '::first-letter').textTransform"), "none")
         names = re.findall(r"^\| `(\w+)` \|", (ROOT / "docs" / "gap-workflow.md").read_text(encoding="utf-8").split("## The library")[1].split("\n## ")[0], re.M)
         self.assertIn("sensor_lag", names)
         said = self.browser.run("return import('/gap_words.mjs').then(({ G }) => arguments[0].map(G.effect))", names)
-        self.assertEqual([text for name, text in zip(names, said, strict=True) if not text.startswith(f"{name} (")], [])
+        self.assertEqual([text for name, text in zip(names, said, strict=True) if not text.endswith(f" ({name.replace('_', ' ')})")], [])
         self.assertEqual(self.browser.console(), [])
 
     @long_test
@@ -380,7 +380,7 @@ class Page(BrowserTest, WithStation):
         self.browser.run("localStorage.setItem('soak-language', 'de')")
         self.addCleanup(self.browser.run, "localStorage.removeItem('soak-language')")
         self.go("fleet=mti-300", "return document.querySelectorAll('#fleet-sensors .sensor').length === 6")
-        self.see("#fleet-summary", "1 Prüfling weicht von den anderen ab; keiner hat sich seit dem Modell davor verschoben.")
+        self.see("#fleet-summary", "1 Prüfling weicht von den anderen ab. Ob sich einer verschoben hat, ist nicht bekannt")
         self.assertRegex(self.browser.text("#fleet-units tbody tr:first-child"), r"Nullpunktfehler, Drehrate x: \d+,\d Streuungen, am weitesten bei −?\d+ °C")
         self.see("[aria-labelledby=fleet-of-gyro_y] .legend", "jeder Prüfling")
 
@@ -536,6 +536,15 @@ class Page(BrowserTest, WithStation):
         self.assertEqual(self.browser.run("return [...document.querySelector('#audit-user').list.options].map(({ value }) => value)"), names)
         self.assertEqual(self.browser.run(rows), 0)
         self.assertEqual(self.browser.console(), [])
+
+    def test_every_kind_of_event_has_a_name_in_both_languages(self):
+        source = (ROOT / "station" / "commands" / "events_commands.cpp").read_text(encoding="utf-8")
+        kinds = set(re.findall(r'"(\w+)"', re.search(r"kKnownKinds = \{(.*?)\};", source, re.S)[1]))
+        self.assertIn("position", kinds)
+        self.go("events", "return document.querySelector('#audit tbody tr')")
+        for language in ("en", "de"):
+            named = self.browser.run("return import(`/text_events_${arguments[0]}.mjs`).then(({ text }) => Object.keys(text.kinds))", language)
+            self.assertEqual(kinds - set(named), set(), language)
 
     @long_test
     def test_older_events_come_page_by_page(self):

@@ -143,7 +143,7 @@ class WithBrowser(BrowserTest, WithSoakd):
         self.wait_for_chart()
 
     def wait_for_chart(self, kind=None):
-        self.browser.wait("return document.querySelector('#strip-panels canvas') && "
+        self.browser.wait("return document.querySelector('#strip-panels canvas') && document.querySelector('#strip').ariaBusy === 'false' && "
                           "(!arguments[0] || document.querySelector('#strip').dataset.kind === arguments[0])", kind)
 
     def window(self):
@@ -219,6 +219,48 @@ class Page(WithBrowser):
         pixels_per_s = (drawn[-1][0] + drawn[-1][2] - drawn[0][0]) / (samples[-1][0] - samples[0][0])
         self.assertAlmostEqual((begin - end) / pixels_per_s, PAUSE_S, delta=4 / pixels_per_s)  # pixels: half a stretch at both ends
         self.assert_encloses(drawn, samples)
+
+    def test_a_run_is_asked_for_once_when_its_link_is_pressed(self):
+        self.open_list()
+        asked = "return performance.getEntriesByType('resource').filter(({ name }) => name.includes('/api/v1/run?')).length"
+        link = f"#runs-campaigns a[href*='{self.runs['R02']['run_id']}']"
+        self.assertEqual(self.browser.run(asked), 0)
+        self.browser.run(f"document.querySelector({json.dumps(link)}).dispatchEvent(new PointerEvent('pointerdown'))")
+        self.browser.wait(f"{asked} === 1")
+        self.browser.run(f"document.querySelector({json.dumps(link)}).click()")
+        self.wait_for_chart()
+        self.see("#run-title", "R02")
+        self.assertEqual(self.browser.run(asked), 1)
+        # What was asked for ahead is taken once: a run that was voided since is read again.
+        self.browser.run("history.back()")
+        self.browser.wait("return !document.querySelector('#runs-view').hidden")
+        self.browser.run("history.forward()")
+        self.browser.wait(f"{asked} === 2")
+
+    def test_a_narrow_screen_shows_the_way_to_every_view(self):
+        self.open_list()
+        self.addCleanup(self.browser.run, "localStorage.removeItem('soak-language')")
+        for language in ("en", "de"):
+            self.browser.run("localStorage.setItem('soak-language', arguments[0])", language)
+            self.browser.go("about:blank")
+            self.open_list()
+            for width in (320, 390):
+                self.browser.resize(width, 844)
+                out = self.browser.run("return [...document.querySelectorAll('.top nav a')].filter((link) => {"
+                                       " const { left, right, width } = link.getBoundingClientRect(); return width === 0 || left < 0 || right > innerWidth; }).map((link) => link.id)")
+                self.assertEqual(out, [], f"{language}, {width}")
+
+    # Where time is simulated fast the chamber is read once a minute, or once in ten: its line lay there in dashes.
+    def test_a_line_is_parted_where_its_samples_are_far_rarer_than_they_usually_are(self):
+        spacings_s = {"uneven": [1, 2, 9, 1, 3, 12, 2, 1, 8, 1] * 5, "paused": [2] * 30 + [600] + [2] * 30, "few": [5, 5, 90, 5, 5]}
+        self.browser.go(self.soakd.url)
+        breaks = self.browser.run("""return import('/series.mjs').then(({ linesOf }) => Object.fromEntries(Object.entries(arguments[0]).map(([name, spacings]) => {
+            let t = 0;
+            const t_s = [0, ...spacings.map((spacing) => t += spacing)];
+            const [{ points }] = linesOf({ kind: 'samples', stream: 'chamber', t_s, channels: [{ name: 'chamber_c', unit: 'degC', values: t_s.map(() => 20) }] });
+            return [name, points.filter(({ mean }) => Number.isNaN(mean)).map(({ t_s }) => t_s)];
+          })))""", spacings_s)
+        self.assertEqual(breaks, {"uneven": [], "paused": [360], "few": [55]})
 
     def test_the_list_is_reached_from_the_station_and_says_what_became_of_each_run(self):
         self.browser.go(self.soakd.url)
@@ -412,7 +454,7 @@ def take_pictures(folder):
             for name, place in places.items():
                 browser.go("about:blank")
                 browser.go(f"{soakd.url}#{place}")
-                browser.wait("return document.querySelector('#runs-campaigns table') || document.querySelector('#strip-panels canvas')")
+                browser.wait("return document.querySelector('#runs-campaigns table') || (document.querySelector('#strip-panels canvas') && document.querySelector('#strip').ariaBusy === 'false')")
                 browser.run("return new Promise((done) => setTimeout(done, 300))")
                 browser.screenshot(pathlib.Path(folder) / f"{name}-{scheme}-{width}.png")
             browser.run("document.querySelector('#segments tbody tr:nth-child(4) button:nth-of-type(2)').click()")

@@ -153,6 +153,20 @@ class Words(BrowserTest):
         self.assertIn("It has not moved since the model before.", told({"beyond_band": False, "change": 0.1, "band": 1, "temp_c": 20}))
         self.assertIn("It has moved since the model before.", told({"beyond_band": True, "change": 2, "band": 1, "temp_c": 20}))
 
+    def test_a_fleet_in_which_nothing_is_compared_does_not_say_that_nothing_was_found(self):
+        self.browser.go(self.soakd.url)
+
+        def told(units, drifts):
+            curve = {"units": [{"unit": f"SN{i}", "outlier": False, "drift": drift and {"beyond_band": drift == "moved", "change": 2, "band": 1, "temp_c": 20}} for i, drift in enumerate(drifts)]}
+            fleet = {"units": [{"unit": f"SN{i}", "model": {}} for i in range(units)], "rule": {"fewest_units": 20}, "sensors": {"gyro_x": {"unit": "deg/s", "bias": curve, "scale": None}}}
+            return self.browser.run("const [fleet] = arguments; return import('/fleet_words.mjs').then((words) => [words.summaryOf(fleet, words.findingsOf(fleet)), words.noneMarked(fleet)])", fleet)
+        few = "Too few units to say which is unlike the others: 2 have a model, 20 are needed."
+        unknown = "Whether one has moved is not known: that takes two models of the same unit, each of several runs."
+        self.assertEqual(told(2, [None, None]), [f"{few} {unknown}", "No unit is marked. With fewer than 20 models nobody can say which is unlike the others."])
+        self.assertEqual(told(2, ["same", None])[0], f"{few} Of 1 unit with a model before, none has moved since.")
+        self.assertEqual(told(20, [None] * 20), [f"No unit stands out from the others. {unknown}", "No unit stands out."])
+        self.assertEqual(told(20, ["moved", "same"])[0], "No unit stands out from the others. Of 2 units with a model before, 1 has moved since.")
+
     def test_the_same_warning_of_several_sensors_is_one_line(self):
         warnings = [{"code": code, "text": f"{sensor}{text}", "remedy": None, "sensors": [sensor], "urgency": "act"}
                     for code, text in (("few", ": too few"), ("few", " scale: too few"), ("other", ": of a kind of its own")) for sensor in ("gyro_x", "gyro_y", "accel_z") if code == "few" or sensor == "gyro_y"]

@@ -54,7 +54,9 @@ ModelTerm term_of(const NamedEffect& named, const GapReport& report) {
   term.delta_bic = named.delta_bic;
   term.heldout_gain = named.heldout_gain;
   term.verdict = name_of(report.conclusion);
-  for (const Rival& rival : named.rivals) term.confusable_with.emplace_back(rival.effect->name);
+  for (const Rival& rival : named.rivals) {
+    if (has_chance(rival)) term.confusable_with.emplace_back(rival.effect->name);
+  }
   for (std::size_t s = 0; s < kSensorCount; ++s) {
     if (const auto& gap = report.gap[s]) {
       term.gap[s] = {gap->before_rms, gap->after_rms, gap->floor_rms, gap->closed_fraction, gap->closed_ci95};

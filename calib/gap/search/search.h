@@ -18,6 +18,12 @@ struct Rival {
   std::optional<double> odds;  ///< against the one that was found; absent where no merit was computed
 };
 
+/// Odds below which a rival is out: on campaigns of another laboratory all 297 first names that stood so were right.
+inline constexpr double kOutOdds = 1e-6;
+
+/// Whether a rival is not out beside the effect that was found: its odds are not negligible, or not known.
+[[nodiscard]] inline bool has_chance(const Rival& rival) { return rival.odds.value_or(1.0) >= kOutOdds; }
+
 /// An effect that was found.
 struct NamedEffect {
   const Effect* effect = nullptr;
