@@ -148,6 +148,7 @@ class SetupPage {
     show($("good"), good);
     this.#listNotSound();
     show($("no-gravity"), !this.#form.knowsGravity);
+    show($("no-dew-point"), !this.#form.knowsDewPoint);
     $("write").disabled = !good;
   }
 

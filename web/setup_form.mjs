@@ -48,8 +48,11 @@ export class SetupForm {
       new Field("site.latitude_deg", S.site.latitude, { decimal: true, hint: S.site.latitudeHint }), new Field("site.height_m", S.site.height, { decimal: true, hint: S.site.heightHint }),
       new Field("site.gravity_mps2", S.site.gravity, { decimal: true, hint: S.site.gravityHint }),
     ];
+    this.room = [
+      new Field("room.dew_point_c", S.room.dewPoint, { decimal: true, hint: S.room.dewPointHint }), new Field("room.temp_c", S.room.temp, { decimal: true, hint: S.room.tempHint }),
+    ];
     this.user = new Field("user", S.file.user);
-    const parts = { "chamber-fields": this.chamber.all, "fixture-kind": [this.kind], "fixture-fields": this.fixture.all, "units-fields": [this.type, this.decoder], "site-fields": this.site,
+    const parts = { "chamber-fields": this.chamber.all, "fixture-kind": [this.kind], "fixture-fields": this.fixture.all, "units-fields": [this.type, this.decoder], "site-fields": this.site, "room-fields": this.room,
       "mail-wanted": [this.wanted], "mail-fields": this.mail, "user-fields": [this.user] };
     for (const [id, fields] of Object.entries(parts)) $(id).append(...fields.map(({ node }) => node));
     this.kind.input.addEventListener("change", () => show($("fixture-part"), this.#hasFixture));
@@ -124,7 +127,7 @@ export class SetupForm {
       case "chamber": return this.chamber.all;
       case "fixture": return this.#hasFixture ? this.fixture.all : [];
       case "units": return [this.type, this.decoder, ...this.slotFields];
-      case "site": return this.site;
+      case "site": return [...this.site, ...this.room];
       case "alarms": return this.#hasMail ? this.mail : [];
       default: return [this.user];
     }
@@ -136,15 +139,22 @@ export class SetupForm {
     return gravity || latitude;
   }
 
+  /** Whether somebody has said from which temperature on dew forms. */
+  get knowsDewPoint() {
+    return this.room[0].value !== "";
+  }
+
   /** The body of POST /api/v1/setup/check. */
   entered() {
     const mail = Object.assign({}, ...this.mail.map((field) => field.member()));
     const site = Object.assign({}, ...this.site.map((field) => field.member()));
+    const room = Object.assign({}, ...this.room.map((field) => field.member()));
     const to = (mail.to ?? "").split(",").map((address) => address.trim()).filter((address) => address !== "");
     return {
       chamber: this.chamber.entered(),
       ...(this.#hasFixture ? { fixture: this.fixture.entered() } : {}),
       ...(Object.keys(site).length > 0 ? { site } : {}),
+      ...(Object.keys(room).length > 0 ? { room } : {}),
       ...(this.#hasMail ? { mail: { ...mail, to } } : {}),
       unit_type: this.type.value,
       decoder: this.decoder.value,
@@ -154,7 +164,7 @@ export class SetupForm {
 
   /** All fields, each behind those that it follows. */
   get #all() {
-    return [...this.chamber.all, this.kind, ...this.fixture.all, this.type, this.decoder, ...this.slotFields, ...this.site, this.wanted, ...this.mail, this.user];
+    return [...this.chamber.all, this.kind, ...this.fixture.all, this.type, this.decoder, ...this.slotFields, ...this.site, ...this.room, this.wanted, ...this.mail, this.user];
   }
 
   /** What stands in all fields, those that are not seen among them: for fill(). */
@@ -179,7 +189,7 @@ export class SetupForm {
   }
 
   async #askSlots() {
-    const { mail, site, ...devices } = this.entered();
+    const { mail, site, room, ...devices } = this.entered();
     return post("setup/look", devices);
   }
 

@@ -239,6 +239,7 @@ export const text = {
     closed: "Tür geschlossen halten",
     open: "Tür darf geöffnet werden",
     dew: (temp) => `Taupunkt des Raums ${temp} °C`,
+    dewAssumed: (temp) => `Taupunkt ${temp} °C: angenommen, weil kein Taupunkt des Raums angegeben ist`,
     later: (time, span) => ` Ohne Pause darf sie geöffnet werden, wenn die Kampagne beendet ist, ${time} (in ${span}).`,
     betweenRuns: (time, span) => ` Am Ende dieses Laufs, ${time} (in ${span}), sind die Prüflinge warm: dann „Pausieren“ drücken, der nächste Lauf beginnt von selbst.`,
     pauseNext: (temp) => ` Zum Öffnen beim nächsten Plateau von ${temp} °C „Pausieren“ drücken und auf die grüne Lampe warten.`,

@@ -86,6 +86,15 @@ export const text = {
     gravityHint: "Nur wenn sie gemessen wurde; sie gilt dann stattdessen",
     missing: "Die Schwerkraft ist hier nicht bekannt: 9,80665 m/s² wird angenommen. Was daran falsch ist, bis zu 0,3 %, geht voll in die Skala jedes Beschleunigungssensors ein. Breite und Höhe unter „Ort“ eingeben.",
   },
+  room: {
+    title: "Der Raum",
+    about: "Sind Prüflinge kälter als der Taupunkt des Raums, bildet sich Tau an ihnen, sobald die Tür aufgeht. Die Station lässt die Tür geschlossen und fährt die Kammer so, dass das nicht geschieht.",
+    dewPoint: "Taupunkt des Raums, °C",
+    dewPointHint: "Ein Hygrometer zeigt ihn. Leer gelassen: 15 wird angenommen",
+    temp: "Temperatur des Raums, °C",
+    tempHint: "Leer gelassen: 25",
+    missing: "Der Taupunkt des Raums ist nicht angegeben: 15 °C wird angenommen. In einem feuchteren Raum kann sich Tau bilden, obwohl die Seite „Tür darf geöffnet werden“ sagt. Unter „Ort“ eingeben.",
+  },
   alarms: {
     title: "Wer erfährt von Alarmen?",
     about: "Die Seite zeigt Alarme immer an. Sie kann auch eine E-Mail schicken, wenn die Kammer verstummt oder eine Kampagne auf jemanden wartet. Das können Sie weglassen.",

@@ -85,6 +85,15 @@ export const text = {
     gravityHint: "Only if it was measured; then it is taken instead",
     missing: "Gravity is not known here: 9.80665 m/s² will be assumed. What is wrong with that, up to 0.3 %, goes in full into the scale of every accelerometer. Enter latitude and height under Place.",
   },
+  room: {
+    title: "The room",
+    about: "Where units are colder than the dew point of the room, dew forms on them when the door opens. The station keeps the door closed and drives the chamber so that this does not happen.",
+    dewPoint: "Dew point of the room, °C",
+    dewPointHint: "A hygrometer shows it. Left empty: 15 is assumed",
+    temp: "Temperature of the room, °C",
+    tempHint: "Left empty: 25",
+    missing: "The dew point of the room is not stated: 15 °C is assumed. In a room that is more humid, dew can form although the page says “safe to open”. Enter it under Place.",
+  },
   alarms: {
     title: "Who is told of alarms?",
     about: "The page always shows alarms. It can also send a mail when the chamber falls silent or a campaign waits for somebody. You can leave this out.",

@@ -59,7 +59,8 @@ struct StationConfig {
   std::optional<double> purge_below_c;  ///< dry air must flow before the chamber goes below
   std::vector<Slot> slots;
   calib::Site site;
-  double dew_point_c = 15.0;  ///< of the room
+  double dew_point_c = 15.0;      ///< of the room
+  bool dew_point_assumed = true;  ///< nobody has stated it
   double room_c = 25.0;
   AlarmConfig alarms;  ///< who is told of what needs somebody
 };

@@ -144,6 +144,11 @@ EnteredSite site_in(Entered entered) {
   return {entered.number("latitude_deg"), entered.number("height_m"), entered.number("gravity_mps2")};
 }
 
+EnteredRoom room_in(Entered entered) {
+  entered.only({"temp_c", "dew_point_c"});
+  return {entered.number("temp_c"), entered.number("dew_point_c")};
+}
+
 EnteredMail mail_in(Entered entered) {
   entered.only({"host", "security", "port", "from", "to"});
   return {entered.line("host"), entered.line("security"), entered.whole("port"), entered.line("from"),
@@ -159,11 +164,12 @@ std::filesystem::path shipped_maps(std::string_view section) {
 Result<SetupForm> setup_form_of(const json& body) {
   std::optional<base::Error> refusal;
   Entered entered(body, "", refusal);
-  entered.only({"chamber", "fixture", "unit_type", "decoder", "slots", "site", "mail", "user"});
+  entered.only({"chamber", "fixture", "unit_type", "decoder", "slots", "site", "room", "mail", "user"});
   SetupForm form;
   if (entered.has("chamber")) form.chamber = controller_in(entered.inner("chamber"), "chamber");
   if (entered.has("fixture")) form.fixture = controller_in(entered.inner("fixture"), "fixture");
   if (entered.has("site")) form.site = site_in(entered.inner("site"));
+  if (entered.has("room")) form.room = room_in(entered.inner("room"));
   if (entered.has("mail")) form.mail = mail_in(entered.inner("mail"));
   form.unit_type = entered.line("unit_type");
   form.decoder = entered.line("decoder");

@@ -89,6 +89,12 @@ void write_site(Lines& lines, const EnteredSite& site) {
   lines.number("gravity_mps2", site.gravity_mps2);
 }
 
+void write_room(Lines& lines, const EnteredRoom& room) {
+  lines.head("[room]", "room");
+  lines.number("temp_c", room.temp_c);
+  lines.number("dew_point_c", room.dew_point_c);
+}
+
 void write_mail(Lines& lines, const EnteredMail& mail) {
   lines.head("[alarms.mail]", "mail");
   lines.text("host", mail.host);
@@ -126,6 +132,7 @@ SetupText setup_text(const SetupForm& form) {
   write_controller(lines, "chamber", form.chamber);
   if (form.fixture) write_controller(lines, "fixture", *form.fixture);
   if (form.site) write_site(lines, *form.site);
+  if (form.room) write_room(lines, *form.room);
   if (form.mail) write_mail(lines, *form.mail);
   write_slots(lines, form);
   return lines.take();

@@ -42,6 +42,12 @@ struct EnteredSite {
   std::optional<double> gravity_mps2;
 };
 
+/// The room, as far as somebody has said.
+struct EnteredRoom {
+  std::optional<double> temp_c;
+  std::optional<double> dew_point_c;
+};
+
 /// A mail server that takes messages without a password.
 struct EnteredMail {
   std::string host;
@@ -59,6 +65,7 @@ struct SetupForm {
   std::string decoder;                       ///< of all slots: the units' protocol
   std::vector<EnteredSlot> slots;
   std::optional<EnteredSite> site;  ///< absent = standard gravity is assumed
+  std::optional<EnteredRoom> room;  ///< absent = its temperature and its dew point are assumed
   std::optional<EnteredMail> mail;  ///< absent = nobody is told of alarms
 };
 

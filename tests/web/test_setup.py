@@ -22,7 +22,7 @@ from test_openapi import EVERY, SETUP, body_of, check, parameters_of, resolved, 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "cli"))
 from soak_cli import check_schema  # noqa: E402
 
-OBJECTS = {"chamber", "fixture", "site", "mail"}
+OBJECTS = {"chamber", "fixture", "site", "room", "mail"}
 HOSTILE = 'ttyUSB0"\nlisten = "0.0.0.0:1'
 
 
@@ -69,13 +69,14 @@ class Interface(WithStation):
         fixture = {"map": "modbus-positioner.toml", "device": "/dev/ttyS9", "baud": 19200, "parity": "E", "stop_bits": 2, "unit": 7}
         mail = {"host": "smtp.lab.example", "security": "none", "from": "soak@lab.example", "to": ["eva@lab.example", "otto@lab.example"]}
         site = {"latitude_deg": 48.14, "height_m": 520, "gravity_mps2": 9.8073}
-        text, mistakes = self.checked(form(fixture=fixture, mail=mail, site=site))
+        room = {"temp_c": 22.5, "dew_point_c": 11}
+        text, mistakes = self.checked(form(fixture=fixture, mail=mail, site=site, room=room))
         self.assertEqual(mistakes, {})
         config = tomllib.loads(text)
         maps = ROOT / "procedures"
         self.assertEqual(config, {
             "chamber": {"map": str(maps / "chambers/watlow-f4t.toml"), "host": "127.0.0.1", "port": 5020},
-            "fixture": {**fixture, "map": str(maps / "fixtures/modbus-positioner.toml")}, "site": site, "alarms": {"mail": mail},
+            "fixture": {**fixture, "map": str(maps / "fixtures/modbus-positioner.toml")}, "site": site, "room": room, "alarms": {"mail": mail},
             "slot": [{"name": "1", "host": "127.0.0.1", "port": 4001, "decoder": "xsens", "unit_type": "mti-300"},
                      {"name": "2", "device": "/dev/ttyUSB7", "decoder": "xsens", "unit": "SN2", "unit_type": "mti-300"}]})
 
@@ -199,7 +200,7 @@ class Interface(WithStation):
                     for value in wrong:
                         section = next((one for one in (place, name) if one in ("chamber", "fixture")), "chamber")
                         body = {"section": section, section: {"host": "a"}} if path.endswith("try") else {}
-                        body |= {place: {**({} if place == "site" else {"host": "a"}), name: value}} if place else {name: value}
+                        body |= {place: {**({} if place in ("site", "room") else {"host": "a"}), name: value}} if place else {name: value}
                         where = f"{place}.{name}" if place else name
                         with self.subTest(path=path, where=where, value=value):
                             self.assertRaises(jsonschema.ValidationError, check, body, schema)
