@@ -433,6 +433,11 @@ base::Result<std::vector<Slot>> parse_slots(std::string_view text, const std::fi
   });
 }
 
+base::Result<AlarmConfig> parse_alarms(std::string_view text, const std::filesystem::path& file) {
+  return settings::read(text, file.string(),
+                        [&](const Table& root) { return read_alarm_config(root, file.parent_path()); });
+}
+
 base::Result<StationConfig> read_station_config(const std::filesystem::path& file) {
   const auto text = settings::read_text(file.string());
   if (!text) return base::forward_error(text);
