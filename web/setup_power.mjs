@@ -19,6 +19,7 @@ export class PowerFields {
     this.choice = new Field("power.way.choice", S.power.way, { options: S.power.ways });
     this.controller = new ControllerFields("power", maps, ports);
     this.hubs = new Field("power.usb_hubs", S.power.hubs, { needed: true, hint: S.power.hubsHint });
+    for (const field of [this.hubs, ...this.controller.all]) field.title = `${S.parts.power}, ${field.title}`;
     this.choice.input.addEventListener("change", () => this.#follow());
     this.#follow();
   }
