@@ -202,6 +202,7 @@ export class ControllerFields {
     this.#maps = maps;
     const names = Object.fromEntries(maps.map(({ file, name }) => [file, name]));
     this.map = new Field(`${owner}.map`, S.fields.map, { options: { "": S.choose, ...names }, needed: true });
+    for (const option of this.map.input.querySelectorAll("option:not([value=''])")) option.setAttribute("lang", "en"); // as the map's file has it
     this.address = new AddressFields(owner, { ports });
     this.parity = new Field(`${owner}.parity`, S.fields.parity, { options: { "": S.fields.asInMap, ...S.fields.parities } });
     this.stopBits = new Field(`${owner}.stop_bits`, S.fields.stop_bits, { options: { "": S.fields.asInMap, 1: "1", 2: "2" }, whole: true });

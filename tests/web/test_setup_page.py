@@ -391,13 +391,17 @@ class OnThePage(WithStation):
         self.choose("chamber-map", "watlow-f4t.toml")
         self.choose("chamber-way", "serial")
         for step in STEPS:
+            self.browser.run("scrollTo(0, 0)")  # the head lies over what is scrolled below it
             self.go_to(step)
             if step == "fixture":
                 self.choose("fixture-kind-choice", "machine")
+            self.browser.run("for (const fold of document.querySelectorAll('details.more')) fold.open = true")
             if step == "units":
                 self.browser.click("#slot-more")
+                self.choose("power-way-choice", "map")
             if step == "alarms":
                 self.choose("mail-wanted-choice", "yes")
+                self.choose("webhook-wanted-choice", "yes")
             if step == "file":
                 self.browser.wait("return document.querySelectorAll('#mistakes li').length > 4")
             yield step
