@@ -78,7 +78,7 @@
  *   air_rh_percent: number | null, running: boolean | null, alarms: string[], age_s: number | null}} chamber
  * @property {{description: string, connected: boolean, position: string | null, moving: boolean | null}} fixture
  * @property {LiveUnit[]} units
- * @property {{temp_c: number, dew_point_c: number}} room
+ * @property {{temp_c: number, dew_point_c: number, dew_point_assumed: boolean}} room
  * @property {{rate: number, process_s: number, utc_s: number}} clock
  * @property {boolean} simulated
  * @property {string} version

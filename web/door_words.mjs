@@ -90,7 +90,7 @@ function opensText(status, plan) {
  */
 export function doorOf(status, plan) {
   const { chamber, fixture, room, state, units } = status;
-  const dew = T.door.dew(number(room.dew_point_c, 0));
+  const dew = (room.dew_point_assumed ? T.door.dewAssumed : T.door.dew)(number(room.dew_point_c, 0));
   const no = (why, how = "") => ({ lamp: "no", title: T.door.closed, text: `${why}.${how}` });
   if (!chamber.connected) {
     return { lamp: "unknown", title: T.door.unknown, text: T.door.noChamber(dew) };

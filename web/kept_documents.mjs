@@ -167,6 +167,7 @@
  * @property {string} file that is to be written
  * @property {SetupMap[]} chambers
  * @property {SetupMap[]} fixtures
+ * @property {SetupMap[]} powers relays and supplies
  * @property {{device: string, node: string}[]} ports serial ports of the machine
  * @property {{name: string, description: string}[]} types
  */

@@ -34,9 +34,9 @@ class SetupPage {
   #step = STEPS[0];
   #isSetUp = false;
   /** How often what stands in a section has changed: an answer is about what stood there when it was asked. */
-  #changes = { chamber: 0, fixture: 0 };
+  #changes = { chamber: 0, fixture: 0, power: 0 };
   /** @type {import("./setup_kept.mjs").Tries} */
-  #tries = { chamber: null, fixture: null };
+  #tries = { chamber: null, fixture: null, power: null };
 
   /** @param {import("./kept_documents.mjs").SetupChoices} choices */
   constructor(choices) {
@@ -45,7 +45,7 @@ class SetupPage {
     for (const button of $("steps").querySelectorAll("button")) {
       button.addEventListener("click", () => this.#go(button.dataset.step));
     }
-    for (const section of ["chamber", "fixture"]) {
+    for (const section of ["chamber", "fixture", "power"]) {
       $(`${section}-try`).addEventListener("click", () => this.#try(section));
       $(`${section}-fields`).addEventListener("input", () => {
         this.#changes[section] += 1;
@@ -54,6 +54,7 @@ class SetupPage {
       });
     }
     $("look").addEventListener("click", () => this.#look());
+    $("alarms-test").addEventListener("click", () => this.#testAlarms());
     $("back").addEventListener("click", () => this.#go(STEPS[STEPS.indexOf(this.#step) - 1]));
     $("write").addEventListener("click", () => this.#write());
     $("form").addEventListener("submit", (event) => {
@@ -148,6 +149,7 @@ class SetupPage {
     show($("good"), good);
     this.#listNotSound();
     show($("no-gravity"), !this.#form.knowsGravity);
+    show($("no-dew-point"), !this.#form.knowsDewPoint);
     $("write").disabled = !good;
   }
 
@@ -155,7 +157,7 @@ class SetupPage {
   #listNotSound() {
     const wrong = new Set(this.#form.faults().map(({ step }) => step));
     const notSound = this.#form.controllers.filter((section) => this.#tries[section] !== "good" && !wrong.has(section));
-    $("not-sound").replaceChildren(...notSound.map((section) => element("li", S.try[this.#tries[section] === null ? "never" : "failed"](S.steps[section]))));
+    $("not-sound").replaceChildren(...notSound.map((section) => element("li", S.try[this.#tries[section] === null ? "never" : "failed"](S.parts[section]))));
     show($("not-sound"), notSound.length > 0);
   }
 
@@ -220,6 +222,13 @@ class SetupPage {
     }
     $("look").disabled = false;
     say($("look"), S.units.look);
+  }
+
+  /** Sends a message to whoever is to be told of alarms. */
+  async #testAlarms() {
+    show($("failure"), false);
+    if (!this.#form.checkAll(this.#form.alarms.fields)) return;
+    await this.#form.alarms.test(this.#form.user.value || "unknown").catch((error) => this.#refused(error));
   }
 
   async #write() {

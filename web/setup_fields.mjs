@@ -21,6 +21,7 @@ const decimal = (text) => Number(text.replace(",", ".").replace("−", "-"));
  * @property {boolean} [whole] a whole number
  * @property {boolean} [decimal] a number
  * @property {boolean} [needed]
+ * @property {"seen" | "hidden"} [secret] a line for soakd alone, whether others may see it while it is typed; it does not outlive the page
  * @property {string} [value]
  */
 
@@ -60,8 +61,8 @@ export class Field {
   }
 
   /** @param {FieldKind} kind */
-  #type({ list, whole }) {
-    Object.assign(this.input, { type: "text", maxLength: 200, autocomplete: "off", spellcheck: false });
+  #type({ list, whole, secret }) {
+    Object.assign(this.input, { type: secret === "hidden" ? "password" : "text", maxLength: secret ? 2000 : 200, autocomplete: secret ? "new-password" : "off", spellcheck: false });
     if (list) this.input.setAttribute("list", list);
     if (whole) this.input.inputMode = "numeric";
   }
@@ -90,10 +91,17 @@ export class Field {
     show(this.node, visible);
   }
 
+  /** Whether what stands there is for soakd alone. */
+  get isSecret() {
+    return this.#kind.secret !== undefined;
+  }
+
   /** Tells a mistake at the field; `parts`: the page's own words, or nodes of what the station says. */
   tell(...parts) {
     this.#mistake.replaceChildren(...parts);
     this.input.setAttribute("aria-invalid", "true");
+    const fold = this.node.closest("details");
+    if (fold) fold.open = true; // nothing that is wrong is hidden
   }
 
   /** What stands there, to be shown elsewhere, too. */
@@ -185,7 +193,7 @@ export class ControllerFields {
   #maps;
 
   /**
-   * @param {string} owner "chamber" or "fixture"
+   * @param {string} owner "chamber", "fixture" or "power"
    * @param {import("./kept_documents.mjs").SetupMap[]} maps
    * @param {number} ports
    */
@@ -194,6 +202,7 @@ export class ControllerFields {
     this.#maps = maps;
     const names = Object.fromEntries(maps.map(({ file, name }) => [file, name]));
     this.map = new Field(`${owner}.map`, S.fields.map, { options: { "": S.choose, ...names }, needed: true });
+    for (const option of this.map.input.querySelectorAll("option:not([value=''])")) option.setAttribute("lang", "en"); // as the map's file has it
     this.address = new AddressFields(owner, { ports });
     this.parity = new Field(`${owner}.parity`, S.fields.parity, { options: { "": S.fields.asInMap, ...S.fields.parities } });
     this.stopBits = new Field(`${owner}.stop_bits`, S.fields.stop_bits, { options: { "": S.fields.asInMap, 1: "1", 2: "2" }, whole: true });
@@ -235,6 +244,9 @@ export class SlotFields {
     this.name = new Field(`${owner}.name`, S.units.name, { needed: true, value: String(index + 1) });
     this.address = new AddressFields(owner, { baud: "115200", needsPort: true, ports });
     this.unit = new Field(`${owner}.unit`, S.units.serial, { hint: S.units.serialHint });
+    this.output = new Field(`${owner}.power_output`, S.power.output, { whole: true, hint: S.power.outputHint });
+    this.supply = [new Field(`${owner}.supply_v`, S.power.volts, { decimal: true, hint: S.power.asSet }), new Field(`${owner}.supply_limit_a`, S.power.amps, { decimal: true, hint: S.power.asSet })];
+    this.followPower("hand");
     for (const field of this.all) field.title = `${S.units.slot(index + 1)}, ${field.title}`;
     this.node = Object.assign(document.createElement("fieldset"), { className: "slot-box" });
     const fields = Object.assign(document.createElement("div"), { className: "fields" });
@@ -242,12 +254,19 @@ export class SlotFields {
     this.node.append(element("legend", S.units.slot(index + 1)), fields);
   }
 
+  /** @param {import("./setup_power.mjs").PowerWay} way by which the units are switched */
+  followPower(way) {
+    this.output.show(way !== "hand");
+    for (const field of this.supply) field.show(way === "map");
+  }
+
   get all() {
-    return [this.name, ...this.address.all, this.unit];
+    return [this.name, ...this.address.all, this.unit, this.output, ...this.supply];
   }
 
   entered() {
-    return { name: this.name.value, ...this.address.entered(), ...this.unit.member() };
+    const power = [this.output, ...this.supply].map((field) => field.member());
+    return { name: this.name.value, ...this.address.entered(), ...this.unit.member(), ...Object.assign({}, ...power) };
   }
 }
 

@@ -3,7 +3,9 @@
 
 import { post } from "./api.mjs";
 import { $, say, show } from "./dom.mjs";
+import { AlarmFields } from "./setup_alarms.mjs";
 import { ControllerFields, Field, said, SlotFields } from "./setup_fields.mjs";
+import { PowerFields } from "./setup_power.mjs";
 import { SlotLook } from "./slot_look.mjs";
 import { textsOf } from "./text.mjs";
 
@@ -12,8 +14,6 @@ const S = await textsOf("setup");
 
 export const STEPS = ["chamber", "fixture", "units", "site", "alarms", "file"];
 const MOST_SLOTS = 64;
-/** Ports of mail servers where none is entered (docs/station-config.md). */
-const MAIL_PORTS = { starttls: 587, tls: 465, none: 25 };
 /** Protocols by the beginning of the names of types that speak them; the others are of Xsens. */
 const SPEAKS = { vn: "vectornav", ahrs: "ahrs400" };
 
@@ -34,26 +34,25 @@ export class SetupForm {
     this.kind = new Field("fixture.kind.choice", S.fixture.kind, { options: { hand: S.fixture.byHand, machine: S.fixture.machine } });
     this.type = new Field("unit_type", S.units.type, { options: this.#types(), needed: true });
     this.decoder = new Field("decoder", S.units.decoder, { options: S.units.decoders });
-    this.wanted = new Field("mail.wanted.choice", S.alarms.wanted, { options: { no: S.alarms.no, yes: S.alarms.yes } });
-    const security = new Field("mail.security", S.alarms.security, { options: S.alarms.securities });
-    const port = new Field("mail.port", S.fields.port, { whole: true });
-    const followSecurity = () => port.hint(S.fields.usual(MAIL_PORTS[security.value]));
-    security.input.addEventListener("change", followSecurity);
-    followSecurity();
-    this.mail = [
-      new Field("mail.host", S.alarms.host, { needed: true }), security, port, new Field("mail.from", S.alarms.from, { needed: true }),
-      new Field("mail.to", S.alarms.to, { needed: true, hint: S.alarms.toHint }),
-    ];
+    this.powerSwitch = new PowerFields(choices.powers, choices.ports.length);
+    this.power = this.powerSwitch.controller;
+    this.purge = new Field("purge.below_c", S.purge.below, { decimal: true, hint: S.purge.belowHint });
+    this.alarms = new AlarmFields();
     this.site = [
       new Field("site.latitude_deg", S.site.latitude, { decimal: true, hint: S.site.latitudeHint }), new Field("site.height_m", S.site.height, { decimal: true, hint: S.site.heightHint }),
       new Field("site.gravity_mps2", S.site.gravity, { decimal: true, hint: S.site.gravityHint }),
     ];
+    this.room = [
+      new Field("room.dew_point_c", S.room.dewPoint, { decimal: true, hint: S.room.dewPointHint }), new Field("room.temp_c", S.room.temp, { decimal: true, hint: S.room.tempHint }),
+    ];
     this.user = new Field("user", S.file.user);
-    const parts = { "chamber-fields": this.chamber.all, "fixture-kind": [this.kind], "fixture-fields": this.fixture.all, "units-fields": [this.type, this.decoder], "site-fields": this.site,
-      "mail-wanted": [this.wanted], "mail-fields": this.mail, "user-fields": [this.user] };
+    const parts = { "chamber-fields": this.chamber.all, "fixture-kind": [this.kind], "fixture-fields": this.fixture.all, "units-fields": [this.type, this.decoder], "site-fields": this.site, "room-fields": this.room,
+      "purge-fields": [this.purge], "power-choice": [this.powerSwitch.choice, this.powerSwitch.hubs], "power-fields": this.power.all,
+      "mail-wanted": [this.alarms.wanted], "mail-fields": this.alarms.mail, "login-fields": this.alarms.login,
+      "webhook-wanted": [this.alarms.hookWanted], "webhook-fields": this.alarms.hook, "user-fields": [this.user] };
     for (const [id, fields] of Object.entries(parts)) $(id).append(...fields.map(({ node }) => node));
     this.kind.input.addEventListener("change", () => show($("fixture-part"), this.#hasFixture));
-    this.wanted.input.addEventListener("change", () => show($("mail-part"), this.#hasMail));
+    this.powerSwitch.choice.input.addEventListener("change", () => this.#followPower());
     this.type.input.addEventListener("change", () => this.#followType());
     $("slot-more").addEventListener("click", () => this.#addSlot().name.input.focus());
     $("slot-less").addEventListener("click", () => this.#dropSlot());
@@ -71,11 +70,11 @@ export class SetupForm {
 
   /** Sections of the controllers that the station will have. */
   get controllers() {
-    return this.#hasFixture ? ["chamber", "fixture"] : ["chamber"];
+    return ["chamber", ...(this.#hasFixture ? ["fixture"] : []), ...(this.powerSwitch.way === "map" ? ["power"] : [])];
   }
 
-  get #hasMail() {
-    return this.wanted.value === "yes";
+  #followPower() {
+    for (const slot of this.#slots) slot.followPower(this.powerSwitch.way);
   }
 
   #followType() {
@@ -91,6 +90,7 @@ export class SetupForm {
       slot.unit.input.dataset.slot = slot.name.value;
     });
     for (const field of [slot.name, ...slot.address.all]) this.#watch(field);
+    slot.followPower(this.powerSwitch.way);
     this.#slots.push(slot);
     $("slots").append(slot.node);
     this.#countSlots();
@@ -121,11 +121,11 @@ export class SetupForm {
   /** Fields that count, by their steps. */
   #fieldsOf(step) {
     switch (step) {
-      case "chamber": return this.chamber.all;
+      case "chamber": return [...this.chamber.all, this.purge];
       case "fixture": return this.#hasFixture ? this.fixture.all : [];
-      case "units": return [this.type, this.decoder, ...this.slotFields];
-      case "site": return this.site;
-      case "alarms": return this.#hasMail ? this.mail : [];
+      case "units": return [this.type, this.decoder, ...this.slotFields, ...this.powerSwitch.fields];
+      case "site": return [...this.site, ...this.room];
+      case "alarms": return this.alarms.fields;
       default: return [this.user];
     }
   }
@@ -136,16 +136,24 @@ export class SetupForm {
     return gravity || latitude;
   }
 
+  /** Whether somebody has said from which temperature on dew forms. */
+  get knowsDewPoint() {
+    return this.room[0].value !== "";
+  }
+
   /** The body of POST /api/v1/setup/check. */
   entered() {
-    const mail = Object.assign({}, ...this.mail.map((field) => field.member()));
     const site = Object.assign({}, ...this.site.map((field) => field.member()));
-    const to = (mail.to ?? "").split(",").map((address) => address.trim()).filter((address) => address !== "");
+    const room = Object.assign({}, ...this.room.map((field) => field.member()));
+    const purge = this.purge.member();
     return {
       chamber: this.chamber.entered(),
       ...(this.#hasFixture ? { fixture: this.fixture.entered() } : {}),
       ...(Object.keys(site).length > 0 ? { site } : {}),
-      ...(this.#hasMail ? { mail: { ...mail, to } } : {}),
+      ...(Object.keys(room).length > 0 ? { room } : {}),
+      ...(Object.keys(purge).length > 0 ? { purge } : {}),
+      ...this.powerSwitch.entered(),
+      ...this.alarms.entered(),
       unit_type: this.type.value,
       decoder: this.decoder.value,
       slots: this.#slots.map((slot) => slot.entered()),
@@ -154,12 +162,12 @@ export class SetupForm {
 
   /** All fields, each behind those that it follows. */
   get #all() {
-    return [...this.chamber.all, this.kind, ...this.fixture.all, this.type, this.decoder, ...this.slotFields, ...this.site, this.wanted, ...this.mail, this.user];
+    return [...this.chamber.all, this.kind, ...this.fixture.all, this.type, this.decoder, ...this.slotFields, ...this.powerSwitch.all, this.purge, ...this.site, ...this.room, ...this.alarms.all, this.user];
   }
 
-  /** What stands in all fields, those that are not seen among them: for fill(). */
+  /** What stands in all fields, those that are not seen among them, but no secret: for fill(). */
   values() {
-    return { slots: this.#slots.length, fields: Object.fromEntries(this.#all.map(({ name, input }) => [name, input.value])) };
+    return { slots: this.#slots.length, fields: Object.fromEntries(this.#all.filter(({ isSecret }) => !isSecret).map(({ name, input }) => [name, input.value])) };
   }
 
   /** @param {{slots: number, fields: Record<string, string>}} values */
@@ -179,7 +187,7 @@ export class SetupForm {
   }
 
   async #askSlots() {
-    const { mail, site, ...devices } = this.entered();
+    const { mail, webhook, site, room, purge, ...devices } = this.entered();
     return post("setup/look", devices);
   }
 

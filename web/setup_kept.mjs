@@ -3,7 +3,7 @@
 
 const KEY = "soak-setup";
 
-/** @typedef {Record<"chamber" | "fixture", "good" | "bad" | null>} Tries what became of the last try of a controller as it is entered; null: there was none */
+/** @typedef {Record<"chamber" | "fixture" | "power", "good" | "bad" | null>} Tries what became of the last try of a controller as it is entered; null: there was none */
 
 /**
  * @typedef {object} Kept

@@ -19,8 +19,10 @@ const WAITS = {
 };
 
 /** What to do at a chamber that does not answer; what becomes of the campaign then. */
-function atSilentChamber({ state, suspension }) {
+function atSilentChamber({ state, suspension, units }) {
   if (state === "stopping") return "Zur Kammer gehen: Antwortet sie nicht, lässt sie sich nur von Hand abschalten, und zwar erst, wenn die Prüflinge warm sind.";
+  const isAnyHeard = units.length === 0 || units.some((unit) => unit.dropped === null && unit.state !== "failed" && unit.state !== "silent");
+  if (state !== "paused" && !isAnyHeard) return "Zur Kammer gehen: Ist der Strom ausgefallen? Auch von den Prüflingen kommt nichts. Ein Prüfling, der ohne Strom war, kann seinen Lauf nicht fortsetzen: Waren es alle, endet die Kampagne, und „Fortsetzen“ führt sie weiter.";
   const look = "Zur Kammer gehen: Ist sie eingeschaltet, steckt das Kabel?";
   if (suspension) return `${look} ${String(suspension.causes) === "chamber" ? "Sobald sie antwortet, läuft die Kampagne von selbst weiter." : "Die Kampagne wartet auch noch auf etwas anderes."}`;
   if (state === "paused") return `${look} Die Kampagne bleibt pausiert; „Fortsetzen“ gibt der Kammer ihren Sollwert wieder.`;
@@ -239,6 +241,7 @@ export const text = {
     closed: "Tür geschlossen halten",
     open: "Tür darf geöffnet werden",
     dew: (temp) => `Taupunkt des Raums ${temp} °C`,
+    dewAssumed: (temp) => `Taupunkt ${temp} °C: angenommen, weil kein Taupunkt des Raums angegeben ist`,
     later: (time, span) => ` Ohne Pause darf sie geöffnet werden, wenn die Kampagne beendet ist, ${time} (in ${span}).`,
     betweenRuns: (time, span) => ` Am Ende dieses Laufs, ${time} (in ${span}), sind die Prüflinge warm: dann „Pausieren“ drücken, der nächste Lauf beginnt von selbst.`,
     pauseNext: (temp) => ` Zum Öffnen beim nächsten Plateau von ${temp} °C „Pausieren“ drücken und auf die grüne Lampe warten.`,

@@ -162,6 +162,7 @@ export const text = {
     closed: "Keep the door closed",
     open: "Safe to open",
     dew: (temp) => `dew point of the room ${temp} °C`,
+    dewAssumed: (temp) => `dew point ${temp} °C: assumed, as no dew point of the room is stated`,
     later: (time, span) => ` Safe without a pause when the campaign is over, ${time} (in ${span}).`,
     betweenRuns: (time, span) => ` At the end of this run, ${time} (in ${span}), the units are warm: press Pause then, the next run begins by itself.`,
     pauseNext: (temp) => ` To open it, press Pause at the next plateau of ${temp} °C, and wait for the green lamp.`,

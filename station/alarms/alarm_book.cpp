@@ -6,9 +6,15 @@ namespace {
 
 using nlohmann::json;
 
+/// A campaign that ends, and then waits for somebody in the safe state, is one alarm.
+std::string kind_of(const std::string& code) {
+  const bool is_end = code == "campaign_ended" || code == "campaign_failed" || code == "campaign_interrupted";
+  return is_end ? "campaign_end" : code;
+}
+
 std::pair<std::string, std::string> key_of(const json& alarm) {
   const json& about = alarm.at("about");
-  return {alarm.at("code"), about.is_string() ? about.get<std::string>() : ""};
+  return {kind_of(alarm.at("code")), about.is_string() ? about.get<std::string>() : ""};
 }
 
 }  // namespace

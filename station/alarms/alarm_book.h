@@ -22,7 +22,8 @@ enum class AlarmTurn : std::uint8_t {
   held_back,  ///< it began, but too many have begun of late
 };
 
-/// Which alarms somebody has been told of: each once when it begins and once when it ends. One that lasts less than
+/// Which alarms somebody has been told of: each once when it begins and once when it ends; the end of a campaign once,
+/// however it is called while the station is made safe and afterwards. One that lasts less than
 /// kHolds_s is passed over; one that comes back within kStaysAway_s has not ended. Beyond kMostAtOnce in a row those
 /// that begin are held back: one more is told every kOneReturnsAfter_s.
 class AlarmBook {

@@ -95,6 +95,20 @@ Deadline end_of_wait(const Seen& seen) {
   return {"Otherwise it ends at", seen.at("/clock/utc_s").get<double>() + left_s};
 }
 
+bool is_lost(const json& unit) { return unit.at("dropped").is_string() || unit.at("state") == "failed"; }
+
+bool no_unit_is_left(const Seen& seen) {
+  const json& units = seen.at("/units");
+  return !units.empty() && std::ranges::all_of(units, is_lost);
+}
+
+/// Whether nothing comes from any unit either, as where the power of the laboratory has failed.
+bool no_unit_is_heard(const Seen& seen) {
+  const json& units = seen.at("/units");
+  return !units.empty() &&
+         std::ranges::all_of(units, [](const json& unit) { return is_lost(unit) || unit.at("state") == "silent"; });
+}
+
 std::string action_at_silent_chamber(const Seen& seen) {
   if (seen.state == "stopping") {
     return "Go to the chamber: one that does not answer can only be switched off by hand, once the units are warm.";
@@ -105,6 +119,11 @@ std::string action_at_silent_chamber(const Seen& seen) {
   if (suspension.is_object()) {
     const bool alone = suspension.at("causes") == json::array({"chamber"});
     then = alone ? "When it answers the campaign goes on by itself." : "The campaign waits for something else, too.";
+  }
+  if (seen.state != "paused" && no_unit_is_heard(seen)) {
+    return "Go to the chamber: has the power failed? No unit is heard either. A unit that was without power cannot go "
+           "on "
+           "with its run: if all were, the campaign ends, and Resume continues it.";
   }
   return "Go to the chamber: is it switched on, is its cable plugged in? " + then;
 }
@@ -168,13 +187,6 @@ void add_wrong_face(const Seen& seen, const json& unit, const std::string& who, 
   alarms.push_back({"unit_face", unit.at("serial"), turning ? kWarning : kAlarm,
                     tilted ? who + " is tilted" : fmt::format("{} has {} up, not {}", who, face(up), face(expected)),
                     std::move(action), "", std::nullopt, !turning});
-}
-
-bool is_lost(const json& unit) { return unit.at("dropped").is_string() || unit.at("state") == "failed"; }
-
-bool no_unit_is_left(const Seen& seen) {
-  const json& units = seen.at("/units");
-  return !units.empty() && std::ranges::all_of(units, is_lost);
 }
 
 /// What to do about a lost unit, and what becomes of the others.

@@ -260,6 +260,17 @@ base::Result<std::unique_ptr<Delivery>> webhook_delivery(const WebhookTarget& ta
   return std::make_unique<Webhook>(std::move(known), *std::move(token));
 }
 
+std::vector<std::unique_ptr<Delivery>> deliveries_of(const AlarmConfig& config, AlarmSecrets secrets) {
+  std::vector<std::unique_ptr<Delivery>> deliveries;
+  if (config.mail) deliveries.push_back(std::make_unique<Mail>(*config.mail, std::move(secrets.password)));
+  if (config.webhook) {
+    WebhookTarget known = *config.webhook;
+    known.url = std::move(secrets.url);
+    deliveries.push_back(std::make_unique<Webhook>(std::move(known), std::move(secrets.token)));
+  }
+  return deliveries;
+}
+
 base::Result<std::vector<std::unique_ptr<Delivery>>> deliveries_of(const AlarmConfig& config) {
   std::vector<std::unique_ptr<Delivery>> deliveries;
   if (config.mail) {

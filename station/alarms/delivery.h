@@ -44,6 +44,16 @@ class Delivery {
 /// followed. Refuses (bad_input) files that read_secret_line() refuses, and an address that check_webhook_url() does.
 [[nodiscard]] base::Result<std::unique_ptr<Delivery>> webhook_delivery(const WebhookTarget& target);
 
+/// Secrets that are not read from files; empty = none.
+struct AlarmSecrets {
+  std::string password;  ///< of the mail's user
+  std::string url;       ///< of the webhook
+  std::string token;     ///< of the webhook
+};
+
+/// Those that somebody has entered, with these secrets in place of the files that are named.
+[[nodiscard]] std::vector<std::unique_ptr<Delivery>> deliveries_of(const AlarmConfig& config, AlarmSecrets secrets);
+
 /// Those that the configuration names.
 [[nodiscard]] base::Result<std::vector<std::unique_ptr<Delivery>>> deliveries_of(const AlarmConfig& config);
 

@@ -67,11 +67,12 @@ std::string_view name_of(SafeAction action) {
 }
 
 /// One or two sentences: what was commanded, and what the chamber says of itself.
-std::string sentence(const std::string& chamber, const MadeSafe& made, double dew_point_c) {
+std::string sentence(const std::string& chamber, const MadeSafe& made, const StationConfig& config) {
   const std::string reads =
       made.reading ? fmt::format("it reads {:+.1f} °C", made.reading->air_c) : std::string("it cannot be read");
   const std::string door =
-      fmt::format("Keep the door shut until the units are above the dew point of the room ({:+.0f} °C).", dew_point_c);
+      fmt::format("Keep the door shut until the units are above the dew point of the room ({:+.0f} °C{}).",
+                  config.dew_point_c, config.dew_point_assumed ? ", assumed, as none is stated" : "");
   switch (made.action) {
     case SafeAction::driven:
       return fmt::format(
@@ -137,7 +138,7 @@ base::Status ChamberMakeSafe::run(Output& output) {
     log_event(station->data, made.error().message, output);
     return base::forward_error(made);
   }
-  const std::string text = sentence((*chamber)->description(), *made, station->dew_point_c);
+  const std::string text = sentence((*chamber)->description(), *made, *station);
   auto printed = output.json() ? output.print_json(document((*chamber)->description(), *made, holder.has_value(), text))
                                : base::Status{};
   if (!output.json()) output.print(text + "\n");

@@ -248,7 +248,8 @@ void read_place(const Table& root, StationConfig& config) {
   config.site.gravity_mps2 = site.optional_number("gravity_mps2", {9.7, 9.9});
   const Table room = root.section("room");
   config.room_c = room.number("temp_c", {0.0, 50.0}, config.room_c);
-  config.dew_point_c = room.number("dew_point_c", {-50.0, 50.0}, config.dew_point_c);
+  config.dew_point_assumed = !room.has("dew_point_c");
+  config.dew_point_c = room.number("dew_point_c", {-50.0, 50.0}, std::min(config.dew_point_c, config.room_c));
   if (config.dew_point_c > config.room_c) {
     room.refuse("dew_point_c", "'room.dew_point_c' cannot lie above the temperature of the room");
   }
@@ -430,6 +431,11 @@ base::Result<std::vector<Slot>> parse_slots(std::string_view text, const std::fi
     read_slots(root, config);
     return config.slots;
   });
+}
+
+base::Result<AlarmConfig> parse_alarms(std::string_view text, const std::filesystem::path& file) {
+  return settings::read(text, file.string(),
+                        [&](const Table& root) { return read_alarm_config(root, file.parent_path()); });
 }
 
 base::Result<StationConfig> read_station_config(const std::filesystem::path& file) {

@@ -59,7 +59,8 @@ struct StationConfig {
   std::optional<double> purge_below_c;  ///< dry air must flow before the chamber goes below
   std::vector<Slot> slots;
   calib::Site site;
-  double dew_point_c = 15.0;  ///< of the room
+  double dew_point_c = 15.0;      ///< of the room
+  bool dew_point_assumed = true;  ///< nobody has stated it
   double room_c = 25.0;
   AlarmConfig alarms;  ///< who is told of what needs somebody
 };
@@ -73,11 +74,12 @@ struct StationConfig {
 [[nodiscard]] base::Result<StationConfig> parse_station_config(std::string_view text,
                                                                const std::filesystem::path& file);
 
-/// The controller, or the slots, of a text that holds no other part of a configuration: as far as somebody has come who
-/// sets up a station. `kind`: of the controller, "chamber" or "fixture".
+/// The controller, the slots, or who is told of alarms, of a text that holds no other part of a configuration: as far
+/// as somebody has come who sets up a station. `kind`: of the controller, "chamber", "fixture" or "power".
 [[nodiscard]] base::Result<hal::DeviceMap> parse_controller(std::string_view text, std::string_view kind,
                                                             const std::filesystem::path& file);
 [[nodiscard]] base::Result<std::vector<Slot>> parse_slots(std::string_view text, const std::filesystem::path& file);
+[[nodiscard]] base::Result<AlarmConfig> parse_alarms(std::string_view text, const std::filesystem::path& file);
 
 /// The configuration where place_of_config() finds it, with the data folder filled in: that of `data_option` (--data)
 /// where given, else the configuration's, else as for `soak`.

@@ -12,6 +12,7 @@
 
 #include "station/config/unit_type_file.h"
 #include "station/http/members.h"
+#include "station/io/text.h"
 
 namespace soak::station {
 namespace {
@@ -20,6 +21,7 @@ using base::Result;
 using nlohmann::json;
 
 constexpr std::size_t kMostSlots = 64;
+constexpr std::size_t kLongestSecret = 2000;  ///< addresses of webhooks carry signatures
 
 /// An object within the body. The first refusal is kept for the end, so that members can be asked for in a row.
 class Entered {
@@ -43,6 +45,15 @@ class Entered {
   }
   std::optional<std::string> optional_line(const std::string& member) {
     return has(member) ? std::optional(line(member)) : std::nullopt;
+  }
+  /// A line that nobody else may read: a refusal does not repeat it. Empty where it is absent.
+  std::string secret(const std::string& member) {
+    if (!has(member)) return "";
+    auto value = text_member(object_, member, "");
+    if (!value) return refuse(value.error()), "";
+    const bool fits = value->size() <= kLongestSecret && (value->empty() || check_text_line(*value, member));
+    if (!fits) refuse({base::ErrorKind::bad_input, "not one line of plain text, or a very long one", member});
+    return fits ? *std::move(value) : std::string();
   }
   std::optional<double> number(const std::string& member) {
     if (!has(member)) return std::nullopt;
@@ -123,8 +134,7 @@ std::string map_in(Entered& entered, std::string_view section) {
   return "";
 }
 
-EnteredController controller_in(Entered entered, std::string_view section) {
-  entered.only({"map", "device", "baud", "host", "port", "unit", "parity", "stop_bits"});
+EnteredController controller_members(Entered& entered, std::string_view section) {
   EnteredController controller;
   controller.map = map_in(entered, section);
   controller.address = address_in(entered);
@@ -134,9 +144,29 @@ EnteredController controller_in(Entered entered, std::string_view section) {
   return controller;
 }
 
+EnteredController controller_in(Entered entered, std::string_view section) {
+  entered.only({"map", "device", "baud", "host", "port", "unit", "parity", "stop_bits"});
+  return controller_members(entered, section);
+}
+
+EnteredPower power_in(Entered entered) {
+  entered.only({"from", "usb_hubs", "map", "device", "baud", "host", "port", "unit", "parity", "stop_bits"});
+  EnteredPower power;
+  power.from = entered.optional_line("from");
+  if (entered.has("usb_hubs")) power.usb_hubs = entered.lines("usb_hubs");
+  power.controller = controller_members(entered, "power");
+  return power;
+}
+
 EnteredSlot slot_in(Entered& entered) {
-  entered.only({"name", "device", "baud", "host", "port", "unit"});
-  return {entered.line("name"), address_in(entered), entered.line("unit")};
+  entered.only({"name", "device", "baud", "host", "port", "unit", "power_output", "supply_v", "supply_limit_a"});
+  return {entered.line("name"),          address_in(entered),        entered.line("unit"),
+          entered.whole("power_output"), entered.number("supply_v"), entered.number("supply_limit_a")};
+}
+
+std::optional<double> purge_in(Entered entered) {
+  entered.only({"below_c"});
+  return entered.number("below_c");
 }
 
 EnteredSite site_in(Entered entered) {
@@ -144,27 +174,42 @@ EnteredSite site_in(Entered entered) {
   return {entered.number("latitude_deg"), entered.number("height_m"), entered.number("gravity_mps2")};
 }
 
+EnteredRoom room_in(Entered entered) {
+  entered.only({"temp_c", "dew_point_c"});
+  return {entered.number("temp_c"), entered.number("dew_point_c")};
+}
+
 EnteredMail mail_in(Entered entered) {
-  entered.only({"host", "security", "port", "from", "to"});
-  return {entered.line("host"), entered.line("security"), entered.whole("port"), entered.line("from"),
-          entered.lines("to")};
+  entered.only({"host", "security", "port", "from", "to", "user", "password"});
+  return {entered.line("host"), entered.line("security"), entered.whole("port"),     entered.line("from"),
+          entered.lines("to"),  entered.line("user"),     entered.secret("password")};
+}
+
+EnteredWebhook webhook_in(Entered entered) {
+  entered.only({"url", "token"});
+  return {entered.secret("url"), entered.secret("token")};
 }
 
 }  // namespace
 
 std::filesystem::path shipped_maps(std::string_view section) {
-  return shipped_procedures() / (std::string(section) + "s");
+  return shipped_procedures() / (section == "power" ? "power" : std::string(section) + "s");
 }
 
 Result<SetupForm> setup_form_of(const json& body) {
   std::optional<base::Error> refusal;
   Entered entered(body, "", refusal);
-  entered.only({"chamber", "fixture", "unit_type", "decoder", "slots", "site", "mail", "user"});
+  entered.only({"chamber", "fixture", "power", "purge", "unit_type", "decoder", "slots", "site", "room", "mail",
+                "webhook", "user"});
   SetupForm form;
   if (entered.has("chamber")) form.chamber = controller_in(entered.inner("chamber"), "chamber");
   if (entered.has("fixture")) form.fixture = controller_in(entered.inner("fixture"), "fixture");
+  if (entered.has("power")) form.power = power_in(entered.inner("power"));
+  if (entered.has("purge")) form.purge_below_c = purge_in(entered.inner("purge"));
   if (entered.has("site")) form.site = site_in(entered.inner("site"));
+  if (entered.has("room")) form.room = room_in(entered.inner("room"));
   if (entered.has("mail")) form.mail = mail_in(entered.inner("mail"));
+  if (entered.has("webhook")) form.webhook = webhook_in(entered.inner("webhook"));
   form.unit_type = entered.line("unit_type");
   form.decoder = entered.line("decoder");
   (void)entered.line("user");

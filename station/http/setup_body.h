@@ -11,7 +11,7 @@
 
 namespace soak::station {
 
-/// Where the maps of chambers ("chamber") or fixtures ("fixture") lie that Soak comes with.
+/// Where the maps of chambers ("chamber"), fixtures ("fixture") or power switches ("power") lie that Soak comes with.
 [[nodiscard]] std::filesystem::path shipped_maps(std::string_view section);
 
 /// What was entered, as the body of POST /api/v1/setup/check has it. What nobody has entered is empty or absent: that
@@ -20,7 +20,7 @@ namespace soak::station {
 /// member `user` may be there, too.
 [[nodiscard]] base::Result<SetupForm> setup_form_of(const nlohmann::json& body);
 
-/// One controller of such a body, its member `section`: "chamber" or "fixture".
+/// One controller of such a body, its member `section`: "chamber", "fixture" or "power".
 [[nodiscard]] base::Result<EnteredController> controller_of(const nlohmann::json& body, const std::string& section);
 
 }  // namespace soak::station

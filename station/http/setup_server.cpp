@@ -4,6 +4,8 @@
 #include <fmt/format.h>
 #include <httplib.h>
 
+#include <algorithm>
+#include <array>
 #include <atomic>
 #include <condition_variable>
 #include <functional>
@@ -13,6 +15,7 @@
 #include <utility>
 
 #include "hal/devices/survey.h"
+#include "station/alarms/alarm_message.h"
 #include "station/config/station_config.h"
 #include "station/config/unit_type_file.h"
 #include "station/http/api.h"
@@ -25,6 +28,7 @@
 #include "station/lab/survey_json.h"
 #include "station/setup/setup_check.h"
 #include "station/setup/setup_choices.h"
+#include "station/setup/setup_secrets.h"
 
 namespace soak::station {
 namespace {
@@ -56,11 +60,13 @@ Result<json> type_choices() {
 
 /// What `soak chamber probe` does: reads, and writes nothing.
 Result<json> try_controller(const json& body) {
-  if (auto known = only_members(body, {"section", "chamber", "fixture"}); !known) return base::forward_error(known);
+  if (auto known = only_members(body, {"section", "chamber", "fixture", "power"}); !known)
+    return base::forward_error(known);
   const auto section = line_member(body, "section", std::nullopt);
   if (!section) return base::forward_error(section);
-  if (*section != "chamber" && *section != "fixture") {
-    return base::bad_input("neither 'chamber' nor 'fixture'", "section");
+  constexpr std::array<std::string_view, 3> kSections = {"chamber", "fixture", "power"};
+  if (std::ranges::find(kSections, *section) == kSections.end()) {
+    return base::bad_input("neither 'chamber' nor 'fixture' nor 'power'", "section");
   }
   const auto entered = controller_of(body, *section);
   if (!entered) return base::forward_error(entered);
@@ -80,6 +86,27 @@ Result<json> look_into_entered(const json& body, const std::atomic<bool>& stop) 
   const auto findings = look_into_slots(*slots, stop);
   if (!findings) return base::forward_error(findings);
   return look_document(*findings);
+}
+
+/// Sends a test over each way that was entered.
+Result<json> test_entered_alarms(const json& body, const std::atomic<bool>& stop) {
+  if (auto known = only_members(body, {"mail", "webhook", "user"}); !known) return base::forward_error(known);
+  const auto user = line_member(body, "user", "unknown");
+  if (!user) return base::forward_error(user);
+  const auto form = setup_form_of(body);
+  if (!form) return base::forward_error(form);
+  if (!form->mail && !form->webhook) return base::bad_input("neither mail nor webhook is entered", "mail");
+  const auto alarms = entered_alarms(*form);
+  if (!alarms) return base::forward_error(alarms);
+  const AlarmMessage message = message_of("test", fmt::format("A test by {}: nothing is wrong", *user), place_now(""));
+  json ways = json::array();
+  for (const auto& delivery : deliveries_of(*alarms, alarm_secrets_of(*form))) {
+    const base::Status sent = delivery->send(message, stop);
+    ways.push_back({{"way", delivery->way()},
+                    {"to", delivery->destination()},
+                    {"trouble", sent ? json() : json(one_line(sent.error().message))}});
+  }
+  return json{{"ways", std::move(ways)}};
 }
 
 json setup_check_document(const SetupCheck& check) {
@@ -131,6 +158,8 @@ struct SetupServer::Running {
     });
     add_post("setup/try", [this](const json& body) { return in_turn([&] { return try_controller(body); }); });
     add_post("setup/look", [this](const json& body) { return in_turn([&] { return look_into_entered(body, stop); }); });
+    add_post("setup/tell",
+             [this](const json& body) { return in_turn([&] { return test_entered_alarms(body, stop); }); });
     add_post("setup/check", [this](const json& body) -> Result<json> {
       const auto form = setup_form_of(body);
       if (!form) return base::forward_error(form);
@@ -168,6 +197,7 @@ struct SetupServer::Running {
     return json{{"file", file.string()},
                 {"chambers", map_choices(shipped_maps("chamber"))},
                 {"fixtures", map_choices(shipped_maps("fixture"))},
+                {"powers", map_choices(shipped_maps("power"))},
                 {"ports", port_choices()},
                 {"types", *std::move(types)}};
   }
@@ -179,7 +209,9 @@ struct SetupServer::Running {
     if (!form) return base::forward_error(form);
     const SetupCheck check = check_setup(*form, file);
     if (!check.mistakes.empty()) return base::bad_input(check.mistakes[0].message, check.mistakes[0].field);
-    if (auto written = write_new_config(file, check.toml); !written) return base::forward_error(written);
+    if (auto written = write_new_config(file, check.toml, secrets_of(*form)); !written) {
+      return base::forward_error(written);
+    }
     note_set_up(fmt::format("configuration written on the set-up page, {} slots", form->slots.size()), *user);
     log_line("wrote " + file.string());
     return json{{"file", file.string()}};

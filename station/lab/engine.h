@@ -226,6 +226,7 @@ class Engine : public StationService {
   [[nodiscard]] db::StepRow step_row(const std::string& outcome, const std::string& text);
   void leave_step();
   void enter_next_step();
+  void forget_way();
   /// All steps have ended.
   void finish();
   /// Goes back to where the position was last confirmed: after a break nothing that was judged of temperature and
@@ -259,7 +260,8 @@ class Engine : public StationService {
   CampaignState state_ = CampaignState::idle;
   CampaignState outcome_ = CampaignState::idle;  ///< of the safe end
   std::string reason_;
-  std::string state_user_;  ///< who asked for the state; empty where the station decided
+  std::optional<std::string> reason_behind_way_;  ///< that of a resumed campaign once its first visit is over
+  std::string state_user_;                        ///< who asked for the state; empty where the station decided
   std::size_t step_ = 0;
   std::vector<std::size_t> way_back_;  ///< steps that come first after a break
   std::size_t way_at_ = 0;             ///< place of the present step among them

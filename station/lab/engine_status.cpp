@@ -157,7 +157,10 @@ json Engine::status_document() const {
                    {"resumable", null_if_empty(unfinished_)},
                    {"resumes_by_itself", resumes_by_itself_ && !stop_requested_},
                    {"queue", queue_document()},
-                   {"room", {{"temp_c", config_.room_c}, {"dew_point_c", config_.dew_point_c}}},
+                   {"room",
+                    {{"temp_c", config_.room_c},
+                     {"dew_point_c", config_.dew_point_c},
+                     {"dew_point_assumed", config_.dew_point_assumed}}},
                    {"clock", {{"rate", config_.clock_rate}, {"process_s", station_->now_s()}, {"utc_s", now_utc_s()}}},
                    {"simulated", station_->simulated()},
                    {"version", software_version()}};

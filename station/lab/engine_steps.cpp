@@ -138,10 +138,17 @@ void Engine::leave_step() {
   const bool was_on_way_back = is_on_way_back();
   const int visit = station_->campaign.plan.steps[step_].visit;
   enter_next_step();
+  if (!was_on_way_back && task_ && station_->campaign.plan.steps[step_].visit != visit) forget_way();
   if (!broken || !task_) return;
   const int next_visit = station_->campaign.plan.steps[step_].visit;
   const bool begins_visit = !was_on_way_back && next_visit >= 0 && next_visit != visit;
   begins_visit ? go_to_visit(air_was_away_) : repeat_step(*broken);
+}
+
+/// With the visit that a resumed campaign went back to its way is over, and nothing more to be said of it.
+void Engine::forget_way() {
+  if (reason_behind_way_ && state_ == CampaignState::running) reason_ = *reason_behind_way_;
+  reason_behind_way_.reset();
 }
 
 /// Goes to the begin of the present visit from wherever the air is, approached as the plan does.

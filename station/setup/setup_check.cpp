@@ -99,6 +99,18 @@ std::vector<SetupMistake> empty_in_slots(const SetupForm& form) {
   return mistakes;
 }
 
+/// What the parser cannot see, since it stands in files of its own.
+std::vector<SetupMistake> wrong_secrets(const SetupForm& form) {
+  std::vector<SetupMistake> mistakes;
+  if (form.mail && !form.mail->user.empty()) add_empty(mistakes, "mail.password", form.mail->password);
+  if (form.mail && !form.mail->password.empty()) add_empty(mistakes, "mail.user", form.mail->user);
+  if (!form.webhook) return mistakes;
+  add_empty(mistakes, "webhook.url", form.webhook->url);
+  const auto fits = check_webhook_url(form.webhook->url, !form.webhook->token.empty());
+  if (!fits) add_mistake(mistakes, {"webhook.url", "the address " + fits.error().message});
+  return mistakes;
+}
+
 /// Two names of one serial port are one port.
 bool is_same_port(const std::optional<std::string>& a, const std::optional<std::string>& b) {
   if (!a || !b || a->empty() || b->empty()) return false;
@@ -119,6 +131,13 @@ bool is_same_place(const EnteredAddress& a, const EnteredAddress& b) {
   return !a.host.empty() && host_of(a) == host_of(b) && a.port.value_or(kModbusPort) == b.port.value_or(kModbusPort);
 }
 
+/// The controller that is at that place: its section; empty where none is.
+std::string_view controller_at(const SetupForm& form, const EnteredAddress& address) {
+  if (is_same_place(address, form.chamber.address)) return "chamber";
+  if (form.fixture && is_same_place(address, form.fixture->address)) return "fixture";
+  return form.power && is_same_place(address, form.power->controller.address) ? "power" : "";
+}
+
 /// Never takes the place of another file; the error number. Folders on memory cards know no hard links, those of some
 /// servers no such rename: one of the two works.
 int give_new_name(const std::filesystem::path& from, const std::filesystem::path& to) {
@@ -127,6 +146,10 @@ int give_new_name(const std::filesystem::path& from, const std::filesystem::path
   if (::link(from.c_str(), to.c_str()) != 0) return errno;
   ::unlink(from.c_str());
   return 0;
+}
+
+tl::unexpected<base::Error> refused_over(const std::filesystem::path& file) {
+  return base::bad_input(fmt::format("there is a file {} already: it is not written over", file.string()), "state");
 }
 
 tl::unexpected<base::Error> refused_first(const SetupMistake& mistake) {
@@ -142,8 +165,11 @@ SetupCheck check_setup(const SetupForm& form, const std::filesystem::path& file)
     for (SetupMistake& mistake : more) add_mistake(check.mistakes, std::move(mistake));
   };
   if (form.fixture) add(empty_in("fixture", *form.fixture));
+  const bool has_controller = form.power && !form.power->from && !form.power->usb_hubs;
+  if (has_controller) add(empty_in("power", form.power->controller));
   add_empty(check.mistakes, "unit_type", form.unit_type);
   add(empty_in_slots(form));
+  add(wrong_secrets(form));
   const auto config = parse_station_config(text.toml, file);
   if (!config) add(mistakes_of(config.error(), file.string(), text));
   return check;
@@ -160,32 +186,44 @@ base::Result<hal::DeviceMap> entered_controller(std::string_view section, const 
 
 base::Result<std::vector<Slot>> entered_slots(const SetupForm& form) {
   if (const auto empty = empty_in_slots(form); !empty.empty()) return refused_first(empty.front());
-  const SetupText text = slots_text(form);
+  SetupForm devices = form;
+  for (EnteredSlot& slot : devices.slots) slot.power_output.reset(), slot.supply_v.reset(), slot.supply_limit_a.reset();
+  const SetupText text = slots_text(devices);
   auto slots = parse_slots(text.toml, kPart);
   if (!slots) return refused_first(mistakes_of(slots.error(), kPart, text).front());
   return slots;
 }
 
+base::Result<AlarmConfig> entered_alarms(const SetupForm& form) {
+  if (const auto wrong = wrong_secrets(form); !wrong.empty()) return refused_first(wrong.front());
+  const SetupText text = alarms_text(form);
+  auto alarms = parse_alarms(text.toml, kPart);
+  if (!alarms) return refused_first(mistakes_of(alarms.error(), kPart, text).front());
+  return alarms;
+}
+
 base::Status refuse_shared_ports(const SetupForm& form) {
   for (std::size_t i = 0; i < form.slots.size(); ++i) {
     const EnteredAddress& address = form.slots[i].address;
-    const bool is_chambers = is_same_place(address, form.chamber.address);
-    if (!is_chambers && !(form.fixture && is_same_place(address, form.fixture->address))) continue;
-    return refused_first({fmt::format("slots.{}.{}", i, address.device ? "device" : "port"),
-                          fmt::format("the {} is at this port: nothing is sent there that is meant for a unit",
-                                      is_chambers ? "chamber" : "fixture")});
+    const std::string_view owner = controller_at(form, address);
+    if (owner.empty()) continue;
+    return refused_first(
+        {fmt::format("slots.{}.{}", i, address.device ? "device" : "port"),
+         fmt::format("the {} is at this port: nothing is sent there that is meant for a unit", owner)});
   }
   return {};
 }
 
-base::Status write_new_config(const std::filesystem::path& file, std::string_view toml) {
+base::Status write_new_config(const std::filesystem::path& file, std::string_view toml,
+                              const std::vector<SetupSecret>& secrets) {
+  std::error_code unknown;
+  if (std::filesystem::exists(file, unknown)) return refused_over(file);  // its secrets stay as they are, too
+  if (auto kept = write_secrets(file.parent_path(), secrets); !kept) return kept;
   const std::filesystem::path partial = file.string() + ".new";
   if (auto written = write_text_file(partial, toml); !written) return written;
   const int error = give_new_name(partial, file);
   if (error != 0) ::unlink(partial.c_str());
-  if (error == EEXIST) {
-    return base::bad_input(fmt::format("there is a file {} already: it is not written over", file.string()), "state");
-  }
+  if (error == EEXIST) return refused_over(file);
   if (error != 0) {
     return base::fail(base::ErrorKind::internal, "cannot write: " + std::generic_category().message(error),
                       file.string());

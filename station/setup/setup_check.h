@@ -9,6 +9,7 @@
 #include "hal/maps/device_map.h"
 #include "station/config/station_config.h"
 #include "station/setup/setup_form.h"
+#include "station/setup/setup_secrets.h"
 
 namespace soak::station {
 
@@ -28,20 +29,25 @@ struct SetupCheck {
 /// mistake.
 [[nodiscard]] SetupCheck check_setup(const SetupForm& form, const std::filesystem::path& file);
 
-/// The controller that was entered; `section`: "chamber" or "fixture". Refuses (bad_input) the first mistake, with its
-/// field as `where`.
+/// The controller that was entered; `section`: "chamber", "fixture" or "power". Refuses (bad_input) the first mistake,
+/// with its field as `where`.
 [[nodiscard]] base::Result<hal::DeviceMap> entered_controller(std::string_view section,
                                                               const EnteredController& controller);
 
 /// The slots that were entered. Refuses as entered_controller() does.
 [[nodiscard]] base::Result<std::vector<Slot>> entered_slots(const SetupForm& form);
 
-/// Refuses (bad_input) slots at the serial port of the chamber or of the fixture, by whichever of its names: what units
-/// are told to send is no request of theirs.
+/// Who is to be told of alarms; the secrets are in the form alone, not in the files that are named. Refuses as
+/// entered_controller() does.
+[[nodiscard]] base::Result<AlarmConfig> entered_alarms(const SetupForm& form);
+
+/// Refuses (bad_input) slots at the port of the chamber, of the fixture or of the power switch, by whichever of its
+/// names: what units are told to send is no request of theirs.
 [[nodiscard]] base::Status refuse_shared_ports(const SetupForm& form);
 
-/// Writes the configuration to a file that is not there yet, synced, all of it or nothing. Refuses (bad_input, where ==
-/// "state") to write over one that is, also one that appeared just now.
-[[nodiscard]] base::Status write_new_config(const std::filesystem::path& file, std::string_view toml);
+/// Writes the configuration to a file that is not there yet, synced, all of it or nothing, after the secrets beside it.
+/// Refuses (bad_input, where == "state") to write over one that is, also one that appeared just now.
+[[nodiscard]] base::Status write_new_config(const std::filesystem::path& file, std::string_view toml,
+                                            const std::vector<SetupSecret>& secrets);
 
 }  // namespace soak::station

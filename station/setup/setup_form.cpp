@@ -6,6 +6,8 @@
 #include <cstddef>
 #include <utility>
 
+#include "station/setup/setup_secrets.h"
+
 namespace soak::station {
 namespace {
 
@@ -31,6 +33,8 @@ class Lines {
   void whole(std::string_view key, std::optional<int> value) {
     if (value) put(key, key, fmt::format("{}", *value));
   }
+  /// The file that holds the member `name`, which is a secret.
+  void secret(std::string_view key, std::string_view name, std::string_view file) { put(key, name, toml_quoted(file)); }
   /// A key that is entered for all sections of its kind at once.
   void common(std::string_view key, std::string_view value, std::string_view field) {
     put(key, "", toml_quoted(value));
@@ -70,6 +74,13 @@ void write_controller(Lines& lines, std::string_view section, const EnteredContr
   lines.whole("unit", controller.unit);
 }
 
+void write_power(Lines& lines, const EnteredPower& power) {
+  if (!power.from && !power.usb_hubs) return write_controller(lines, "power", power.controller);
+  lines.head("[power]", "power");
+  if (power.from) return lines.text("from", *power.from);
+  lines.texts("usb_hubs", *power.usb_hubs);
+}
+
 void write_slots(Lines& lines, const SetupForm& form) {
   for (std::size_t i = 0; i < form.slots.size(); ++i) {
     const EnteredSlot& slot = form.slots[i];
@@ -79,6 +90,9 @@ void write_slots(Lines& lines, const SetupForm& form) {
     lines.common("decoder", form.decoder, "decoder");
     if (!slot.unit.empty()) lines.text("unit", slot.unit);
     lines.common("unit_type", form.unit_type, "unit_type");
+    lines.whole("power_output", slot.power_output);
+    lines.number("supply_v", slot.supply_v);
+    lines.number("supply_limit_a", slot.supply_limit_a);
   }
 }
 
@@ -89,6 +103,12 @@ void write_site(Lines& lines, const EnteredSite& site) {
   lines.number("gravity_mps2", site.gravity_mps2);
 }
 
+void write_room(Lines& lines, const EnteredRoom& room) {
+  lines.head("[room]", "room");
+  lines.number("temp_c", room.temp_c);
+  lines.number("dew_point_c", room.dew_point_c);
+}
+
 void write_mail(Lines& lines, const EnteredMail& mail) {
   lines.head("[alarms.mail]", "mail");
   lines.text("host", mail.host);
@@ -96,6 +116,24 @@ void write_mail(Lines& lines, const EnteredMail& mail) {
   lines.whole("port", mail.port);
   lines.text("from", mail.from);
   lines.texts("to", mail.to);
+  if (!mail.user.empty()) lines.text("user", mail.user);
+  if (!mail.password.empty()) lines.secret("password_file", "password", kMailPasswordFile);
+}
+
+void write_webhook(Lines& lines, const EnteredWebhook& webhook) {
+  lines.head("[alarms.webhook]", "webhook");
+  lines.secret("url_file", "url", kWebhookUrlFile);
+  if (!webhook.token.empty()) lines.secret("token_file", "token", kWebhookTokenFile);
+}
+
+void write_alarms(Lines& lines, const SetupForm& form) {
+  if (form.mail) write_mail(lines, *form.mail);
+  if (form.webhook) write_webhook(lines, *form.webhook);
+}
+
+void write_purge(Lines& lines, double below_c) {
+  lines.head("[purge]", "purge");
+  lines.number("below_c", below_c);
 }
 
 }  // namespace
@@ -125,8 +163,11 @@ SetupText setup_text(const SetupForm& form) {
   lines.plain("# here. soakd reads the file when it starts.");
   write_controller(lines, "chamber", form.chamber);
   if (form.fixture) write_controller(lines, "fixture", *form.fixture);
+  if (form.power) write_power(lines, *form.power);
+  if (form.purge_below_c) write_purge(lines, *form.purge_below_c);
   if (form.site) write_site(lines, *form.site);
-  if (form.mail) write_mail(lines, *form.mail);
+  if (form.room) write_room(lines, *form.room);
+  write_alarms(lines, form);
   write_slots(lines, form);
   return lines.take();
 }
@@ -140,6 +181,12 @@ SetupText controller_text(std::string_view section, const EnteredController& con
 SetupText slots_text(const SetupForm& form) {
   Lines lines;
   write_slots(lines, form);
+  return lines.take();
+}
+
+SetupText alarms_text(const SetupForm& form) {
+  Lines lines;
+  write_alarms(lines, form);
   return lines.take();
 }
 

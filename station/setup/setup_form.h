@@ -28,11 +28,21 @@ struct EnteredController {
   std::optional<int> stop_bits;       ///< of a serial line
 };
 
+/// What switches the units on and off: the first of the three that is there.
+struct EnteredPower {
+  std::optional<std::string> from;                   ///< "chamber": outputs of its controller
+  std::optional<std::vector<std::string>> usb_hubs;  ///< the ports that these are plugged into
+  EnteredController controller;                      ///< relays, or a supply
+};
+
 /// A place for a unit.
 struct EnteredSlot {
   std::string name;
   EnteredAddress address;
-  std::string unit;  ///< its serial number; empty = given when a campaign starts
+  std::string unit;                 ///< its serial number; empty = given when a campaign starts
+  std::optional<int> power_output;  ///< of the power switch; absent = switched by hand
+  std::optional<double> supply_v;   ///< what that output is set to, as the next one
+  std::optional<double> supply_limit_a;
 };
 
 /// Where the station stands, as far as it is known: it decides how much gravity there is.
@@ -42,24 +52,42 @@ struct EnteredSite {
   std::optional<double> gravity_mps2;
 };
 
-/// A mail server that takes messages without a password.
+/// The room, as far as somebody has said.
+struct EnteredRoom {
+  std::optional<double> temp_c;
+  std::optional<double> dew_point_c;
+};
+
+/// A mail server.
 struct EnteredMail {
   std::string host;
   std::string security;  ///< "starttls", "tls", "none"
   std::optional<int> port;
   std::string from;
   std::vector<std::string> to;
+  std::string user;      ///< empty = the server asks for none
+  std::string password;  ///< never in a text of the configuration: setup_secrets.h
+};
+
+/// A webhook. Its address may be a secret, and is kept as one.
+struct EnteredWebhook {
+  std::string url;
+  std::string token;  ///< empty = none
 };
 
 /// What somebody has entered who sets up a station.
 struct SetupForm {
   EnteredController chamber;
   std::optional<EnteredController> fixture;  ///< absent = units are turned by hand
+  std::optional<EnteredPower> power;         ///< absent = units are switched by hand
+  std::optional<double> purge_below_c;       ///< absent = dry air is never asked for
   std::string unit_type;                     ///< of all slots
   std::string decoder;                       ///< of all slots: the units' protocol
   std::vector<EnteredSlot> slots;
   std::optional<EnteredSite> site;  ///< absent = standard gravity is assumed
-  std::optional<EnteredMail> mail;  ///< absent = nobody is told of alarms
+  std::optional<EnteredRoom> room;  ///< absent = its temperature and its dew point are assumed
+  std::optional<EnteredMail> mail;  ///< absent = nobody is told of alarms by mail
+  std::optional<EnteredWebhook> webhook;
 };
 
 /// A configuration, or a part of one, with what was entered into which line.
@@ -76,10 +104,13 @@ struct SetupText {
 /// The configuration of the station (docs/station-config.md).
 [[nodiscard]] SetupText setup_text(const SetupForm& form);
 
-/// The section of one controller alone: `section` is "chamber" or "fixture".
+/// The section of one controller alone: `section` is "chamber", "fixture" or "power".
 [[nodiscard]] SetupText controller_text(std::string_view section, const EnteredController& controller);
 
 /// The slots alone.
 [[nodiscard]] SetupText slots_text(const SetupForm& form);
+
+/// Who is told of alarms alone.
+[[nodiscard]] SetupText alarms_text(const SetupForm& form);
 
 }  // namespace soak::station

@@ -292,6 +292,34 @@ TEST_F(AlarmRules, OtherUnitsGoOnOnlyIfThereAreAny) {
   EXPECT_EQ(action().find("The other units go on"), std::string::npos) << action();
 }
 
+TEST_F(AlarmRules, ASilentChamberPromisesNothingWhereNoUnitIsHeardEither) {
+  status["state"] = "waiting";
+  status["chamber"]["connected"] = false;
+  status["suspension"] = {{"causes", {"chamber"}}, {"for_s", 1.0}, {"gives_up_in_s", 7200.0}};
+  const auto action = [&] { return alarms_of(status).at(0).at("action").get<std::string>(); };
+  EXPECT_NE(action().find("goes on by itself"), std::string::npos) << action();
+  status["units"][0]["state"] = "silent";
+  EXPECT_NE(action().find("goes on by itself"), std::string::npos) << action();
+  status["units"][1]["state"] = "failed";
+  EXPECT_EQ(action().find("goes on by itself"), std::string::npos) << action();
+  EXPECT_NE(action().find("Resume continues it"), std::string::npos) << action();
+  status["suspension"] = nullptr;
+  EXPECT_EQ(action().find("goes on at once"), std::string::npos) << action();
+}
+
+TEST_F(AlarmsOverTime, TheEndOfACampaignIsToldOnceAndIsOverWhenItGoesOn) {
+  status["state"] = "stopping";
+  status["ending"] = {{"outcome", "interrupted"}, {"needs_somebody", false}};
+  EXPECT_EQ(minute(), Codes{"began campaign_ended"});
+  status["ending"] = nullptr;
+  status["state"] = "interrupted";
+  EXPECT_EQ(minute(), Codes());
+  status["state"] = "running";
+  EXPECT_EQ(minute(), Codes{"ended campaign_interrupted"});
+  status["state"] = "failed";
+  EXPECT_EQ(minute(), Codes{"began campaign_failed"});
+}
+
 TEST_F(AlarmRules, AnEndForWantOfUnitsNamesWhatBecameOfEach) {
   for (json& unit : status["units"]) unit["dropped"] = "cannot connect";
   status["reason"] = "no unit is left";
@@ -311,7 +339,7 @@ TEST_F(AlarmsOverTime, ADroppedUnitIsNotWellBecauseTheCampaignHasEnded) {
   status["state"] = "stopping";
   EXPECT_EQ(minute(), Codes{"began campaign_ended"});
   status["state"] = "failed";
-  EXPECT_EQ(minute(), (Codes{"began campaign_failed", "ended campaign_ended"}));
+  EXPECT_EQ(minute(), Codes()) << "the end of a campaign is told once";
   status["state"] = "running";
   status["units"][0]["state"] = "streaming";
   status["units"][0]["dropped"] = nullptr;

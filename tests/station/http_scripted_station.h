@@ -45,7 +45,7 @@ class ScriptedStation : public StationService {
          "samples": 0, "lost": 7, "gyro_dps": null, "accel_mps2": null,
          "noise": {"tau_s": 0.96, "gyro_dps": null, "accel_mps2": null}}],
       "resumable": null, "resumes_by_itself": false,
-      "queue": {"campaigns": [], "waits_for": null, "begins_utc_s": null, "trouble": null}, "room": {"temp_c": 23.0, "dew_point_c": 12.0},
+      "queue": {"campaigns": [], "waits_for": null, "begins_utc_s": null, "trouble": null}, "room": {"temp_c": 23.0, "dew_point_c": 12.0, "dew_point_assumed": false},
       "clock": {"rate": 60.0, "process_s": 39000.0, "utc_s": 1790000650.0}, "simulated": true, "version": "0.1.0"})");
   }
 

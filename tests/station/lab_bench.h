@@ -122,6 +122,7 @@ class LabBench : public ::testing::Test {
     ASSERT_TRUE(catalog);
     catalog_ = std::make_unique<db::Catalog>(*std::move(catalog));
     config_.dew_point_c = 10.0;
+    config_.dew_point_assumed = false;
     config_.chamber.link.poll_s = 1e-3;
     log_ = std::make_unique<EventLog>(*catalog_);
     station_ = std::make_unique<Station>(config_, *catalog_, *log_, chamber_, nullptr, nullptr);

@@ -61,9 +61,62 @@ TEST(SetupForm, WritesOfThePlaceWhatIsKnown) {
   EXPECT_NE(std::find(text.fields.begin(), text.fields.end(), "site.latitude_deg"), text.fields.end());
 }
 
+TEST(SetupForm, NamesTheFilesOfSecretsAndHoldsNone) {
+  SetupForm form = small_form();
+  form.mail = EnteredMail{.host = "smtp.lab.example",
+                          .security = "tls",
+                          .port = {},
+                          .from = "a@b",
+                          .to = {"c@d"},
+                          .user = "soak",
+                          .password = "hunter2"};
+  form.webhook = EnteredWebhook{"https://chat.example/hooks/s3cret", "t0ken"};
+  const SetupText text = setup_text(form);
+  for (const char* secret : {"hunter2", "s3cret", "t0ken"}) EXPECT_EQ(text.toml.find(secret), std::string::npos);
+  for (const char* line :
+       {"password_file = \"mail.password\"\n", "url_file = \"webhook.url\"\n", "token_file = \"webhook.token\"\n"}) {
+    EXPECT_NE(text.toml.find(line), std::string::npos) << text.toml;
+  }
+  EXPECT_NE(std::find(text.fields.begin(), text.fields.end(), "mail.password"), text.fields.end());
+  EXPECT_EQ(secrets_of(form).size(), 3U);
+  const auto wrong = [&] {
+    std::vector<std::string> fields;
+    for (const SetupMistake& mistake : check_setup(form, "station.toml").mistakes) fields.push_back(mistake.field);
+    return fields;
+  };
+  const auto is_told = [&](const char* field) {
+    const auto fields = wrong();
+    return std::find(fields.begin(), fields.end(), field) != fields.end();
+  };
+  EXPECT_FALSE(is_told("mail.password") || is_told("webhook.url"));
+  form.mail->password.clear();
+  form.webhook->url = "http://chat.example/hooks/s3cret";
+  EXPECT_TRUE(is_told("mail.password"));
+  EXPECT_TRUE(is_told("webhook.url")) << "a token is sent over TLS only";
+}
+
+TEST(SetupForm, WritesWhatSwitchesTheUnits) {
+  SetupForm form = small_form();
+  form.slots[0].power_output = 3;
+  form.slots[0].supply_v = 12.5;
+  form.purge_below_c = 5.0;
+  form.power =
+      EnteredPower{.from = {}, .usb_hubs = {}, .controller = {.map = "/maps/r.toml", .address = {.host = "r"}}};
+  std::string text = setup_text(form).toml;
+  EXPECT_NE(text.find("\n[power]\nmap = \"/maps/r.toml\"\nhost = \"r\"\n"), std::string::npos) << text;
+  EXPECT_NE(text.find("power_output = 3\nsupply_v = 12.5\n"), std::string::npos) << text;
+  EXPECT_NE(text.find("\n[purge]\nbelow_c = 5\n"), std::string::npos) << text;
+  form.power->usb_hubs = {"1-4", "1-4.3"};
+  text = setup_text(form).toml;
+  EXPECT_NE(text.find("\n[power]\nusb_hubs = [\"1-4\", \"1-4.3\"]\n"), std::string::npos) << text;
+  form.power->from = "chamber";
+  EXPECT_NE(setup_text(form).toml.find("\n[power]\nfrom = \"chamber\"\n"), std::string::npos);
+}
+
 TEST(SetupForm, KeepsWhatIsNotEnteredOutOfTheText) {
   const std::string text = setup_text(small_form()).toml;
-  for (const char* key : {"[fixture]", "[alarms", "parity", "stop_bits", "unit = 1", "unit = \"\""}) {
+  for (const char* key : {"[fixture]", "[power]", "[purge]", "power_output", "[alarms", "parity", "stop_bits",
+                          "unit = 1", "unit = \"\""}) {
     EXPECT_EQ(text.find(key), std::string::npos) << key;
   }
 }
@@ -106,13 +159,17 @@ class SetupFiles : public ::testing::Test {
 
 TEST_F(SetupFiles, WritesAConfigurationOnceAndLeavesNothingElseBehind) {
   const auto file = folder_ / "station.toml";
-  ASSERT_TRUE(write_new_config(file, "a = 1\n"));
-  const auto again = write_new_config(file, "a = 2\n");
+  ASSERT_TRUE(write_new_config(file, "a = 1\n", {{"mail.password", "first"}}));
+  const auto again = write_new_config(file, "a = 2\n", {{"mail.password", "second"}});
   ASSERT_FALSE(again);
   EXPECT_EQ(again.error().kind, base::ErrorKind::bad_input);
   EXPECT_EQ(again.error().where, "state");
   EXPECT_EQ(settings::read_text(file.string()).value_or(""), "a = 1\n");
-  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder_), {}), 1);
+  const auto secret = folder_ / "mail.password";
+  EXPECT_EQ(settings::read_text(secret.string()).value_or(""), "first\n");
+  EXPECT_EQ(std::filesystem::status(secret).permissions(),
+            std::filesystem::perms::owner_read | std::filesystem::perms::owner_write);
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder_), {}), 2);
 }
 
 TEST_F(SetupFiles, LooksIntoTheFolderOfTheServiceWhereTheFileIsTheTemplateAndNoFolderIsNamed) {

@@ -223,6 +223,7 @@ TEST_F(StationConfigFile, EveryKeyIsRead) {
   EXPECT_EQ(config->site, (calib::Site{.latitude_deg = -35.3, .height_m = 580.0, .azimuth_deg = 12.0}));
   EXPECT_EQ(config->room_c, 22.0);
   EXPECT_EQ(config->dew_point_c, 11.0);
+  EXPECT_FALSE(config->dew_point_assumed);
   ASSERT_EQ(config->slots.size(), 2u);
   const Slot& first = config->slots[0];
   EXPECT_EQ(std::get<hal::TcpAddress>(first.address).port, 4001);
@@ -242,6 +243,18 @@ TEST_F(StationConfigFile, WithoutFixtureAndPowerBothAreDoneByHand) {
   EXPECT_EQ(config->clock_rate, 1.0);
   EXPECT_EQ(config->listen, "127.0.0.1:8088");
   EXPECT_TRUE(config->data.empty());
+}
+
+TEST_F(StationConfigFile, ADewPointThatNobodyStatesIsAssumedAndLiesNotAboveTheRoom) {
+  const std::string begin = std::string(kChamber) + kSlot;
+  const auto unsaid = read(begin);
+  ASSERT_TRUE(unsaid);
+  EXPECT_TRUE(unsaid->dew_point_assumed);
+  EXPECT_EQ(unsaid->dew_point_c, 15.0);
+  const auto cool = read(begin + "[room]\ntemp_c = 12\n");
+  ASSERT_TRUE(cool) << cool.error().message;
+  EXPECT_TRUE(cool->dew_point_assumed);
+  EXPECT_EQ(cool->dew_point_c, 12.0);
 }
 
 TEST_F(StationConfigFile, AChamberThatSpeaksTextIsNamedLikeAnyOther) {

@@ -65,6 +65,10 @@ class Step(StationTest):
         lamp = "return document.querySelector('#door').dataset.lamp"
         self.assertEqual(self.browser.run(lamp), "no")
         self.see("#door-text", "dew point of the room 12 °C")
+        self.station.set("/room/dew_point_assumed", True)
+        self.see("#door-text", "dew point 12 °C: assumed, as no dew point of the room is stated")
+        self.station.set("/room/dew_point_assumed", False)
+        self.see("#door-text", "dew point of the room 12 °C")
         # All of run 2 and the power-off of run 1 come after the warm-up.
         after_s = sum(s["estimate_s"] for s in self.plan["steps"] if s["run"] == 2) + 600.0
         self.see("#door-text", self.local(RATE_1["utc_s"] + left_s - after_s))

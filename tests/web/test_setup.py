@@ -3,6 +3,7 @@
 then it goes on with what was written. On the page: test_setup_page.py."""
 import concurrent.futures
 import contextlib
+import json
 import os
 import pathlib
 import socket
@@ -22,7 +23,7 @@ from test_openapi import EVERY, SETUP, body_of, check, parameters_of, resolved, 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "cli"))
 from soak_cli import check_schema  # noqa: E402
 
-OBJECTS = {"chamber", "fixture", "site", "mail"}
+OBJECTS = {"chamber", "fixture", "power", "purge", "site", "room", "mail", "webhook"}
 HOSTILE = 'ttyUSB0"\nlisten = "0.0.0.0:1'
 
 
@@ -30,6 +31,14 @@ def form(**more):
     """What a station is set up with: devices at which nobody answers."""
     return {"chamber": {"map": "watlow-f4t.toml", "host": "127.0.0.1", "port": 5020}, "unit_type": "mti-300", "decoder": "xsens",
             "slots": [{"name": "1", "host": "127.0.0.1", "port": 4001}, {"name": "2", "device": "/dev/ttyUSB7", "unit": "SN2"}], **more}
+
+
+@contextlib.contextmanager
+def peers():
+    """A mail server and a webhook: (ports, lines of what they got)."""
+    with subprocess.Popen([sys.executable, "-B", pathlib.Path(__file__).with_name("alarm_peers.py")], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
+        yield json.loads(process.stdout.readline()), process.stdout
+        process.stdin.close()
 
 
 class WithStation(unittest.TestCase):
@@ -69,15 +78,72 @@ class Interface(WithStation):
         fixture = {"map": "modbus-positioner.toml", "device": "/dev/ttyS9", "baud": 19200, "parity": "E", "stop_bits": 2, "unit": 7}
         mail = {"host": "smtp.lab.example", "security": "none", "from": "soak@lab.example", "to": ["eva@lab.example", "otto@lab.example"]}
         site = {"latitude_deg": 48.14, "height_m": 520, "gravity_mps2": 9.8073}
-        text, mistakes = self.checked(form(fixture=fixture, mail=mail, site=site))
+        room = {"temp_c": 22.5, "dew_point_c": 11}
+        power = {"map": "modbus-relay.toml", "host": "127.0.0.1", "port": 5021}
+        slots = form()["slots"]
+        slots[0] |= {"power_output": 1, "supply_v": 12.5, "supply_limit_a": 0.5}
+        text, mistakes = self.checked(form(fixture=fixture, mail=mail, site=site, room=room, power=power, purge={"below_c": 5}, slots=slots))
         self.assertEqual(mistakes, {})
         config = tomllib.loads(text)
         maps = ROOT / "procedures"
         self.assertEqual(config, {
             "chamber": {"map": str(maps / "chambers/watlow-f4t.toml"), "host": "127.0.0.1", "port": 5020},
-            "fixture": {**fixture, "map": str(maps / "fixtures/modbus-positioner.toml")}, "site": site, "alarms": {"mail": mail},
-            "slot": [{"name": "1", "host": "127.0.0.1", "port": 4001, "decoder": "xsens", "unit_type": "mti-300"},
+            "fixture": {**fixture, "map": str(maps / "fixtures/modbus-positioner.toml")}, "power": {**power, "map": str(maps / "power/modbus-relay.toml")}, "purge": {"below_c": 5}, "site": site, "room": room, "alarms": {"mail": mail},
+            "slot": [{"name": "1", "host": "127.0.0.1", "port": 4001, "decoder": "xsens", "unit_type": "mti-300", "power_output": 1, "supply_v": 12.5, "supply_limit_a": 0.5},
                      {"name": "2", "device": "/dev/ttyUSB7", "decoder": "xsens", "unit": "SN2", "unit_type": "mti-300"}]})
+        for switch in ({"from": "chamber"}, {"usb_hubs": ["1-4", "1-4.3"]}):
+            text, mistakes = self.checked(form(power=switch))
+            self.assertEqual((mistakes, tomllib.loads(text)["power"]), ({}, switch))
+
+    def test_what_switches_the_units_is_checked_like_the_rest(self):
+        for power, field in (({}, "power.map"), ({"from": "here"}, "power.from"), ({"usb_hubs": []}, "power.usb_hubs"), ({"usb_hubs": ["left"]}, "power.usb_hubs")):
+            self.assertIn(field, self.checked(form(power=power))[1])
+        slots = [{"name": "1", "host": "127.0.0.1", "port": 4001, "power_output": 1}]
+        self.assertIn("[power]", self.checked(form(slots=slots))[1]["slots.0.power_output"])
+        self.assertEqual(self.refused("setup/look", form(slots=[{"name": "1", "host": "127.0.0.1", "port": 5021}], power={"map": "modbus-relay.toml", "host": "127.0.0.1", "port": 5021}))[:2],
+                         (400, "slots.0.port"))
+
+    def test_secrets_go_to_files_of_their_own_and_nowhere_else(self):
+        secrets = {"mail.password": "correct horse", "webhook.url": "https://127.0.0.1:9/hooks/s3cret", "webhook.token": "t0ken"}
+        mail = {"host": "127.0.0.1", "security": "tls", "port": 9, "from": "soak@lab.example", "to": ["eva@lab.example"], "user": "soak", "password": secrets["mail.password"]}
+        webhook = {"url": secrets["webhook.url"], "token": secrets["webhook.token"]}
+        said = []
+        for path in ("setup/check", "setup/tell", "setup/write"):
+            parts = {"mail": mail, "webhook": webhook, "user": "Eva"}
+            status, document = self.station.ask(path, parts if path == "setup/tell" else form(**parts))
+            self.assertEqual(status, 200, document)
+            said.append(str(document))
+        self.station.process.stdout.readline()
+        config = tomllib.loads(self.station.file.read_text(encoding="utf-8"))["alarms"]
+        self.assertEqual((config["mail"]["password_file"], config["webhook"]), ("mail.password", {"url_file": "webhook.url", "token_file": "webhook.token"}))
+        self.assertEqual([(way["way"], way["to"]) for way in self.station.ask("alarms")[1]["ways"]], [("mail", "eva@lab.example"), ("webhook", "127.0.0.1")])
+        for file, secret in secrets.items():
+            path = self.station.data / file
+            self.assertEqual((path.read_text(encoding="utf-8"), path.stat().st_mode & 0o777), (secret + "\n", 0o600))
+            for where in (*said, self.station.said(), self.station.file.read_text(encoding="utf-8"), str(self.station.events())):
+                self.assertNotIn(secret, where)
+
+    def test_a_secret_that_lacks_its_other_half_is_told_at_its_field(self):
+        mail = {"host": "smtp.lab.example", "security": "none", "from": "soak@lab.example", "to": ["eva@lab.example"]}
+        for more, fields in (({"user": "soak"}, {"mail.password", "mail.security"}), ({"password": "x"}, {"mail.user"}), ({"user": "soak", "password": "x"}, {"mail.security"})):
+            self.assertLessEqual(fields, set(self.checked(form(mail=mail | more))[1]), more)
+        for webhook, message in (({}, "nothing is entered"), ({"url": "chat.example"}, "must be an address"), ({"url": "http://chat.example/", "token": "t"}, "https://")):
+            self.assertIn(message, self.checked(form(webhook=webhook))[1]["webhook.url"])
+        status, where, message = self.refused("setup/check", form(mail=mail | {"password": "pass\nword"}))
+        self.assertEqual((status, where, "word" in message.replace("a password", "")), (400, "mail.password", False))
+
+    def test_a_test_says_what_became_of_each_way(self):
+        self.assertEqual(self.refused("setup/tell", {})[:2], (400, "mail"))
+        with peers() as (ports, lines):
+            mail = {"host": "127.0.0.1", "security": "none", "port": ports["mail"], "from": "soak@lab.example", "to": ["eva@lab.example"]}
+            for path, trouble in (("hook", None), ("refuses", "the server answers 404")):
+                status, document = self.station.ask("setup/tell", {"mail": mail, "webhook": {"url": f"http://127.0.0.1:{ports['webhook']}/{path}", "token": "t0ken"}, "user": "Eva"})
+                self.assertEqual(status, 200, document)
+                check_schema(document, "alarm-send")
+                self.assertEqual(document["ways"], [{"way": "mail", "to": "eva@lab.example", "trouble": None}, {"way": "webhook", "to": "127.0.0.1", "trouble": trouble}])
+            told = json.loads(lines.readline()), json.loads(lines.readline())
+        self.assertEqual({one["kind"] for one in told}, {"mail", "webhook"})
+        self.assertIn("A test by Eva", str(told))
 
     def test_each_mistake_is_told_at_its_field_once(self):
         _, mistakes = self.checked({})
@@ -197,9 +263,9 @@ class Interface(WithStation):
                 for name, member in [*part["properties"].items(), ("no_such", {})]:
                     wrong = ["x"] if name in OBJECTS else [1] if name == "no_such" else wrong_values(resolved(member))
                     for value in wrong:
-                        section = next((one for one in (place, name) if one in ("chamber", "fixture")), "chamber")
+                        section = next((one for one in (place, name) if one in ("chamber", "fixture", "power")), "chamber")
                         body = {"section": section, section: {"host": "a"}} if path.endswith("try") else {}
-                        body |= {place: {**({} if place == "site" else {"host": "a"}), name: value}} if place else {name: value}
+                        body |= {place: {**({} if place in ("site", "room", "purge", "webhook") else {"host": "a"}), name: value}} if place else {name: value}
                         where = f"{place}.{name}" if place else name
                         with self.subTest(path=path, where=where, value=value):
                             self.assertRaises(jsonschema.ValidationError, check, body, schema)

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The page that sets a station up: a real `soakd` without a configuration in a real browser, before a real `soaksim`."""
+import json
 import socket
 import tomllib
 import unittest
@@ -10,7 +11,7 @@ from browser import BROWSER, DRIVER, Browser, long_test
 from new_station import Laboratory, unused_port
 from test_accessibility import AXE, SERIOUS
 from test_language import ENGLISH, SHOWN
-from test_setup import WithStation, form
+from test_setup import WithStation, form, peers
 
 SERIAL = "0380A001"
 STEPS = ("chamber", "fixture", "units", "site", "alarms", "file")
@@ -117,6 +118,61 @@ class OnThePage(WithStation):
         self.assertEqual([(event["kind"], event["user"]) for event in self.station.events()], [("station_set_up", "Eva")])
         self.assertEqual(self.browser.run("return document.querySelector('#user').value"), "Eva", "who has set it up works at it now")
         self.browser.run("localStorage.clear()")
+
+    def test_what_the_first_start_does_not_need_is_folded_and_opens_where_it_is_wrong(self):
+        self.enter_chamber(self.lab.ports["chamber"])
+        folds = "return [...document.querySelectorAll('details.more')].map(({ open }) => open)"
+        self.assertEqual(self.browser.run(folds), [False, False, False])
+        self.go_to("units")
+        self.enter_slot(self.lab.ports["units"][0])
+        self.assertFalse(self.browser.run("return document.querySelector('#slots-0-power_output').checkVisibility()"))
+        self.browser.click("#step-units summary")
+        self.choose("power-way-choice", "map")
+        self.choose("power-map", "modbus-relay.toml")
+        self.fill("power-host", "127.0.0.1")
+        self.fill("power-port", self.lab.ports["relay"])
+        self.browser.click("#power-try")
+        self.see("#power-answer", "It answers")
+        self.fill("slots-0-power_output", "many")
+        self.browser.click("#next")
+        self.see("#slots-0-power_output-mistake", "whole number")
+        self.fill("slots-0-power_output", "1")
+        self.fill("power-port", "many")
+        self.browser.run("document.querySelector('#step-units details').open = false")
+        self.browser.click("#next")
+        self.see("#power-port-mistake", "whole number")
+        self.fill("power-port", self.lab.ports["relay"])
+        self.browser.click("#next")
+        self.wait_for_step("site")
+        self.fill("room-dew_point_c", "30")
+        self.browser.click("#next")
+        self.see("#room-dew_point_c-mistake", "above the temperature of the room")
+        self.fill("room-dew_point_c", "11,5")
+        self.go_to("file")
+        self.see("#text", "power_output = 1")
+        self.see("#text", "dew_point_c = 11.5")
+        self.assertTrue(self.browser.run("return document.querySelector('#no-dew-point').hidden"))
+        self.assertEqual(self.browser.console(), [])
+
+    def test_a_test_of_alarms_is_sent_before_anything_is_written_and_no_secret_stays_in_the_browser(self):
+        with peers() as (ports, lines):
+            self.go_to("alarms")
+            self.choose("webhook-wanted-choice", "yes")
+            self.fill("webhook-url", f"http://127.0.0.1:{ports['webhook']}/hooks/s3cret")
+            self.fill("webhook-token", "t0ken")
+            self.browser.click("#alarms-test")
+            self.see("#alarms-answer", "The webhook at 127.0.0.1 has taken the message.")
+            self.assertEqual(json.loads(lines.readline())["authorization"], "Bearer t0ken")
+            self.fill("webhook-url", f"http://127.0.0.1:{ports['webhook']}/refuses")
+            self.browser.click("#alarms-test")
+            self.see("#alarms-answer", "404")
+        self.assertEqual(self.browser.run("return document.querySelector('#webhook-token').type"), "password")
+        self.browser.run("dispatchEvent(new Event('pagehide'))")
+        kept = self.browser.run("return sessionStorage.getItem('soak-setup')")
+        self.assertIn("webhook.wanted.choice", kept)
+        self.assertNotIn("t0ken", kept)
+        self.assertNotIn("refuses", kept)
+        self.browser.run("sessionStorage.clear()")
 
     def test_the_guide_opens_beside_what_was_entered(self):
         self.enter_chamber(5020)
@@ -335,13 +391,17 @@ class OnThePage(WithStation):
         self.choose("chamber-map", "watlow-f4t.toml")
         self.choose("chamber-way", "serial")
         for step in STEPS:
+            self.browser.run("scrollTo(0, 0)")  # the head lies over what is scrolled below it
             self.go_to(step)
             if step == "fixture":
                 self.choose("fixture-kind-choice", "machine")
+            self.browser.run("for (const fold of document.querySelectorAll('details.more')) fold.open = true")
             if step == "units":
                 self.browser.click("#slot-more")
+                self.choose("power-way-choice", "map")
             if step == "alarms":
                 self.choose("mail-wanted-choice", "yes")
+                self.choose("webhook-wanted-choice", "yes")
             if step == "file":
                 self.browser.wait("return document.querySelectorAll('#mistakes li').length > 4")
             yield step
