@@ -1,22 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "station/setup/setup_check.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cctype>
-#include <cerrno>
 #include <cstddef>
-#include <cstdio>
 #include <optional>
 #include <system_error>
 #include <utility>
 
 #include "base/text.h"
-#include "db/durable.h"
-#include "station/io/text_file.h"
+#include "station/io/new_file.h"
 
 namespace soak::station {
 namespace {
@@ -119,16 +114,6 @@ bool is_same_place(const EnteredAddress& a, const EnteredAddress& b) {
   return !a.host.empty() && host_of(a) == host_of(b) && a.port.value_or(kModbusPort) == b.port.value_or(kModbusPort);
 }
 
-/// Never takes the place of another file; the error number. Folders on memory cards know no hard links, those of some
-/// servers no such rename: one of the two works.
-int give_new_name(const std::filesystem::path& from, const std::filesystem::path& to) {
-  if (::renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), RENAME_NOREPLACE) == 0) return 0;
-  if (errno != EINVAL && errno != ENOSYS) return errno;
-  if (::link(from.c_str(), to.c_str()) != 0) return errno;
-  ::unlink(from.c_str());
-  return 0;
-}
-
 tl::unexpected<base::Error> refused_first(const SetupMistake& mistake) {
   return base::bad_input(mistake.message, mistake.field);
 }
@@ -179,18 +164,10 @@ base::Status refuse_shared_ports(const SetupForm& form) {
 }
 
 base::Status write_new_config(const std::filesystem::path& file, std::string_view toml) {
-  const std::filesystem::path partial = file.string() + ".new";
-  if (auto written = write_text_file(partial, toml); !written) return written;
-  const int error = give_new_name(partial, file);
-  if (error != 0) ::unlink(partial.c_str());
-  if (error == EEXIST) {
-    return base::bad_input(fmt::format("there is a file {} already: it is not written over", file.string()), "state");
-  }
-  if (error != 0) {
-    return base::fail(base::ErrorKind::internal, "cannot write: " + std::generic_category().message(error),
-                      file.string());
-  }
-  return db::sync_name(file);
+  const auto written = write_new_text_file(file, toml);
+  if (!written) return base::forward_error(written);
+  if (*written) return {};
+  return base::bad_input(fmt::format("there is a file {} already: it is not written over", file.string()), "state");
 }
 
 }  // namespace soak::station
