@@ -65,6 +65,7 @@ Result<Asked> asked_by(const json& body) {
   if (!from) return base::forward_error(from);
   const auto name = text_member(body, "name", std::nullopt);
   if (!name) return base::forward_error(name);
+  if (auto named = check_procedure_name(*name); !named) return base::forward_error(named);
   auto changes = changes_of(body);
   if (!changes) return base::forward_error(changes);
   const auto draft = body.find("draft");

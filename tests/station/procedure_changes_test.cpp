@@ -218,8 +218,8 @@ class NewProcedures : public ::testing::Test {
   base::Result<json> events() {
     return archive.in_turn([](db::Catalog& catalog) -> base::Result<json> {
       json list = json::array();
-      for (const auto& event : catalog.events().value())
-        list.push_back({event.kind, event.subject, event.text, event.user});
+      const auto events = catalog.events().value();
+      for (const auto& event : events) list.push_back({event.kind, event.subject, event.text, event.user});
       return list;
     });
   }
