@@ -107,6 +107,16 @@
  * @property {string} [kind]
  * @property {number} [runs]
  * @property {number} [estimate_s]
+ * @property {Changeable} [changeable] of one that is asked for by its file
+ */
+
+/**
+ * @typedef {object} Changeable what of a procedure can be changed, as it is; null where its kind has no such thing
+ * @property {number[]} set_points_c
+ * @property {number} runs
+ * @property {number | null} dwell_s
+ * @property {number | null} minimum_soak_s
+ * @property {number | null} reference_c
  */
 
 /** @typedef {{waiver_id: string, reason: string, signer: string, utc_s: number, public_key: string, signature: string, good: boolean}} Waiver */

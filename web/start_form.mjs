@@ -5,18 +5,18 @@ import { get, post, send } from "./api.mjs";
 import { $, element, say, show, tell } from "./dom.mjs";
 import { timeOfDay } from "./format.mjs";
 import { safeToOpen } from "./door_words.mjs";
-import { IN_SLOTS, procedureText, reviewLines, unknownUnits } from "./start_words.mjs";
+import { ProcedureChoice } from "./procedure_choice.mjs";
+import { IN_SLOTS, reviewLines, unknownUnits } from "./start_words.mjs";
 import { T } from "./text.mjs";
 import { isActive, isByHand, now_s } from "./words.mjs";
 
-const OWN_FILE = "own file";
 const CHECK_AFTER_MS = 400;
 
 export class StartForm {
   #userName;
   #status = null;
   #slots = [];
-  #procedures = [];
+  #procedure;
   #types = [];
   #unknown = ""; // the units that can be entered, as they are shown
   #wasAtRest = null;
@@ -30,12 +30,12 @@ export class StartForm {
   /** `userName()`: who starts a campaign. */
   constructor(userName) {
     this.#userName = userName;
+    this.#procedure = new ProcedureChoice(userName);
     $("start-form").addEventListener("submit", (event) => this.#start(event));
     $("start-form").addEventListener("input", () => {
       show($("start-failure"), false);
       this.#checkSoon();
     });
-    $("start-choice").addEventListener("change", () => this.#choose());
     $("start-box").addEventListener("toggle", () => this.#load());
     // Files may have been changed meanwhile, time passed.
     document.addEventListener("visibilitychange", () => this.#load());
@@ -145,7 +145,7 @@ export class StartForm {
   async #load() {
     if (!$("start-box").open || document.hidden || $("station-view").hidden) return;
     await Promise.all([
-      this.#ask("procedures", ({ procedures }) => this.#showProcedures(procedures)),
+      this.#ask("procedures", ({ procedures }) => this.#procedure.show(procedures)),
       this.#ask("types", ({ types }) => (this.#types = types.map(({ name }) => name))),
       this.#ask("stored", ({ slots }) => this.showSlots(slots)),
     ]);
@@ -166,42 +166,8 @@ export class StartForm {
     show($("start-failure"), true);
   }
 
-  /** Without any, a file of one's own is the only choice. What is chosen stays chosen. */
-  #showProcedures(procedures) {
-    const [chosen, known] = [$("start-choice").value, JSON.stringify(procedures)];
-    if (known === JSON.stringify(this.#procedures)) return;
-    this.#procedures = procedures;
-    const option = (text, value, disabled = false) => Object.assign(element("option", text), { value, disabled });
-    const own = procedures.map((one) => option(procedureText(one), one.file, one.trouble !== null));
-    $("start-choice").replaceChildren(option(T.start.choose, ""), ...own, option(T.start.own, OWN_FILE));
-    $("start-choice").value = $("start-procedure").files.length > 0 ? OWN_FILE : chosen;
-    if ($("start-choice").selectedIndex < 0) $("start-choice").value = "";
-    show($("start-choice-label"), procedures.length > 0);
-    this.#choose();
-  }
-
-  #choose() {
-    const own = this.#procedures.length === 0 || $("start-choice").value === OWN_FILE;
-    show($("start-file-label"), own);
-    $("start-procedure").required = own;
-    $("start-choice").required = !own;
-  }
-
-  /** {text, file} of the procedure that is chosen, as its file is now; null where none is. */
-  async #procedure() {
-    const chosen = this.#procedures.find(({ file }) => file === $("start-choice").value);
-    if (chosen) {
-      const { procedures } = await get(`procedures?${new URLSearchParams({ file: chosen.file })}`);
-      if (procedures.length === 0) throw new Error(T.start.gone(chosen.file));
-      if (procedures[0].trouble) throw new Error(procedures[0].trouble);
-      return { text: procedures[0].text, file: chosen.file };
-    }
-    const file = $("start-procedure").files[0];
-    return file && !$("start-file-label").hidden ? { text: await file.text(), file: file.name } : null;
-  }
-
   async #request() {
-    const procedure = await this.#procedure();
+    const procedure = await this.#procedure.text();
     const units = {};
     for (const input of $("start-slots").querySelectorAll("input")) {
       if (input.value.trim()) units[input.dataset.slot] = input.value.trim();
@@ -223,7 +189,9 @@ export class StartForm {
       const review = request && (await send("check", { user: this.#userName(), ...request }));
       if (number === this.#checks) this.#showReview(review, request);
     } catch (error) {
-      if (number === this.#checks) this.#showReview({ procedure: null, mistakes: [{ message: error.message, where: "" }] }, { units: {} });
+      if (number !== this.#checks) return;
+      if (this.#procedure.mark(error, false)) this.#showReview(null, null);
+      else this.#showReview({ procedure: null, mistakes: [{ message: error.message, where: "" }] }, { units: {} });
     }
   }
 
@@ -276,6 +244,14 @@ export class StartForm {
     (inputs[inputs.indexOf(event.target) + 1] ?? $(this.#wasAtRest ? "start-send" : "start-queue")).focus();
   }
 
+  /** Keeps the procedure that was changed, unless the campaign would be refused: nobody wants to find it in the list then. */
+  async #keep(request) {
+    const { mistakes } = await send("check", { user: this.#userName(), ...request });
+    if (mistakes.length > 0) throw Object.assign(new Error(mistakes.map(({ message }) => message).join("\n")), { where: mistakes[0].where });
+    const { text, file } = await this.#procedure.keep();
+    return { procedure_text: text, procedure_file: file };
+  }
+
   async #start(event) {
     event.preventDefault();
     // Enter in a field presses the first button, also where that is hidden.
@@ -284,15 +260,18 @@ export class StartForm {
     this.#sends = true;
     for (const button of ["start-send", "start-queue"]) $(button).disabled = true;
     try {
-      await send(forQueue ? "queue" : "start", { user: this.#userName(), ...(await this.#request()) });
+      const request = await this.#request();
+      const kept = this.#procedure.isChanged ? await this.#keep(request) : {};
+      await send(forQueue ? "queue" : "start", { user: this.#userName(), ...request, ...kept });
       $("start-name").value = "";
       this.#showReview(null, null);
       this.#checks += 1; // an answer that is under way is about what has begun
       clearTimeout(this.#timer);
     } catch (error) {
       const isEmpty = error.where === IN_SLOTS && [...$("start-slots").querySelectorAll("input")].every(({ value }) => !value.trim());
-      this.#fail(isEmpty ? [T.start.noUnit] : [{ english: error.message }]);
       $("start-box").open = true;
+      this.#fail(isEmpty ? [T.start.noUnit] : (error.parts ?? [{ english: error.message }]));
+      this.#procedure.mark(error, true);
     }
     this.#sends = false;
     $("start-send").disabled = this.#looks;

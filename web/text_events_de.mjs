@@ -25,7 +25,7 @@ export const text = {
     alarm_sent: "Alarmnachricht", backup_made: "Sicherung", calibration_exported: "Export", campaign: "Kampagne", campaign_aborted: "Kampagne abgebrochen", campaign_begun: "Kampagne begonnen",
     campaign_failed: "Kampagne gescheitert", campaign_finished: "Kampagne fertig", campaign_interrupted: "Kampagne unterbrochen", campaign_paused: "Kampagne angehalten", campaign_running: "Kampagne läuft",
     device: "Gerät", epoch_begun: "Reparatur oder Änderung", gap_accepted: "Effekt angenommen", job_ended: "Auftrag beendet", job_started: "Auftrag begonnen", key_made: "Schlüssel erzeugt",
-    model_added: "Modell entstanden", model_released: "Modell freigegeben", model_verified: "Modell verifiziert", nothing_to_void: "für ungültig erklärt, ohne Daten", prompt: "Frage an den Bediener", reference: "Prüfmittel",
+    model_added: "Modell entstanden", model_released: "Modell freigegeben", model_verified: "Modell verifiziert", nothing_to_void: "für ungültig erklärt, ohne Daten", procedure_made: "Prüfablauf angelegt", prompt: "Frage an den Bediener", reference: "Prüfmittel",
     reference_added: "Kalibrierschein eingetragen", run: "Lauf", run_added: "Lauf gespeichert", segment: "Segment", station_set_up: "Station eingerichtet", step: "Schritt", unit: "Prüfling", unit_added: "Prüfling angelegt",
     check_standard_added: "Kontrollnormal benannt", gap_withdrawn: "Effekt zurückgenommen", noise_exported: "Rauschwerte ausgegeben", reference_retired: "Kalibrierschein außer Dienst",
     reference_withdrawn: "Kalibrierschein zurückgezogen", samples_dropped: "Messwerte entfernt", shard_merged: "Modelle eines anderen Rechners", verification: "Verifizierung", voided: "für ungültig erklärt",

@@ -52,7 +52,7 @@ bool is_asked_for(const db::EventRow& event, const EventsList& command) {
 }
 
 /// Kinds of all events that programs of this version enter.
-constexpr std::array<std::string_view, 58> kKnownKinds = {"account",
+constexpr std::array<std::string_view, 59> kKnownKinds = {"account",
                                                           "alarm",
                                                           "alarm_not_sent",
                                                           "alarm_sent",
@@ -91,6 +91,7 @@ constexpr std::array<std::string_view, 58> kKnownKinds = {"account",
                                                           "nothing_to_void",
                                                           "position",
                                                           "power",
+                                                          "procedure_made",
                                                           "prompt",
                                                           "reference",
                                                           "reference_added",

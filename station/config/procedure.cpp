@@ -12,6 +12,7 @@
 #include "calib/judge/reference_plateau.h"
 #include "calib/vocabulary/position.h"
 #include "settings/reader.h"
+#include "station/config/set_point_limits.h"
 
 namespace soak::station {
 namespace {
@@ -21,7 +22,6 @@ using settings::Table;
 /// Any shorter time than this is a mistake where a time is wanted at all.
 constexpr double kShortest_s = 0.1;
 constexpr double kDay_s = 86400.0;
-constexpr settings::Limits kSetPoint_c = {-200.0, 300.0};
 constexpr double kMaxVisits = 2000.0;
 constexpr settings::Limits kReference_c = {calib::kReferencePlateau_c - calib::kReferenceReach_c,
                                            calib::kReferencePlateau_c + calib::kReferenceReach_c};

@@ -10,6 +10,7 @@
 
 #include "station/config/plan.h"
 #include "station/config/procedure.h"
+#include "station/config/procedure_changes.h"
 #include "station/config/unit_type_file.h"
 #include "station/io/text_file.h"
 
@@ -35,18 +36,9 @@ std::map<std::string, fs::path> files_of(const std::vector<fs::path>& folders) {
   return files;
 }
 
-base::Result<std::string> text_of(const fs::path& path) {
-  std::error_code error;
-  const auto size = fs::file_size(path, error);
-  if (!error && size > kLongest_bytes) {
-    return base::bad_input("longer than 256 KiB: this is no procedure", path.string());
-  }
-  return read_text_file(path);
-}
-
 json entry_of(const std::string& file, const fs::path& path, double room_c) {
   json entry = {{"file", file}, {"trouble", nullptr}, {"text", ""}, {"name", file}};
-  const auto text = text_of(path);
+  const auto text = procedure_file_text(path);
   const auto procedure = text ? parse_procedure(*text, file) : base::Result<Procedure>(base::forward_error(text));
   if (!procedure) {
     entry["trouble"] = procedure.error().message;
@@ -60,6 +52,7 @@ json entry_of(const std::string& file, const fs::path& path, double room_c) {
   entry["kind"] = name_of(procedure->kind);
   entry["runs"] = std::ranges::count(plan.runs, false, &PlannedRun::preflight);
   entry["estimate_s"] = plan.estimate_s();
+  entry["changeable"] = changeable_document(*procedure);
   return entry;
 }
 
@@ -69,12 +62,29 @@ std::vector<fs::path> procedure_folders(const fs::path& data_folder) {
   return {data_folder / "procedures", default_unit_type_folder().parent_path()};
 }
 
+std::optional<fs::path> procedure_file(const std::vector<fs::path>& folders, const std::string& file) {
+  const auto files = files_of(folders);
+  const auto found = files.find(file);
+  return found == files.end() ? std::nullopt : std::optional(found->second);
+}
+
+base::Result<std::string> procedure_file_text(const fs::path& path) {
+  std::error_code error;
+  const auto size = fs::file_size(path, error);
+  if (!error && size > kLongest_bytes) {
+    return base::bad_input("longer than 256 KiB: this is no procedure", path.string());
+  }
+  return read_text_file(path);
+}
+
 json procedures_document(const std::vector<fs::path>& folders, const std::string& file, double room_c) {
   json list = json::array();
   for (const auto& [name, path] : files_of(folders)) {
     if (!file.empty() && name != file) continue;
     list.push_back(entry_of(name, path, room_c));
-    if (file.empty()) list.back().erase("text");
+    if (!file.empty()) continue;
+    list.back().erase("text");
+    list.back().erase("changeable");
   }
   return {{"procedures", std::move(list)}};
 }

@@ -80,7 +80,8 @@ Refusal not_known() {
 }  // namespace
 
 Role role_of_command(std::string_view name, const json& body) {
-  if (name.starts_with("campaign/") || name == "jobs/cancel" || name == "unit/add") return Role::operating;
+  constexpr std::array<std::string_view, 3> kOperating = {"jobs/cancel", "unit/add", "procedures/new"};
+  if (name.starts_with("campaign/") || std::ranges::find(kOperating, name) != kOperating.end()) return Role::operating;
   if (name != "jobs") return Role::engineer;
   constexpr std::array<std::string_view, 7> kOperators = {"fit",    kFitAll,    "verify",  kVerifyAll,
                                                           "report", "gap_find", "gap_show"};

@@ -50,6 +50,28 @@ base::Result<std::string> line_member(const nlohmann::json& body, const std::str
   return value;
 }
 
+base::Result<std::string> carried_member(const nlohmann::json& body, const std::string& name) {
+  auto value = text_member(body, name, std::nullopt);
+  if (!value) return value;
+  if (auto plain = check_carried_line(*value, name); !plain) return base::forward_error(plain);
+  return value;
+}
+
+base::Result<std::optional<double>> number_member(const nlohmann::json& body, const std::string& name) {
+  const auto member = body.find(name);
+  if (member == body.end() || member->is_null()) return std::nullopt;
+  if (!member->is_number()) return base::bad_input("the member is not a number", name);
+  return member->get<double>();
+}
+
+base::Result<std::optional<std::vector<double>>> numbers_member(const nlohmann::json& body, const std::string& name) {
+  const auto member = body.find(name);
+  if (member == body.end() || member->is_null()) return std::nullopt;
+  const bool fits = member->is_array() && std::ranges::all_of(*member, [](const auto& one) { return one.is_number(); });
+  if (!fits) return base::bad_input("the member is not a list of numbers", name);
+  return member->get<std::vector<double>>();
+}
+
 base::Result<std::optional<std::int32_t>> count_member(const nlohmann::json& body, const std::string& name) {
   const auto member = body.find(name);
   if (member == body.end() || member->is_null()) return std::nullopt;

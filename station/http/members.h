@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "base/result.h"
 
@@ -26,6 +27,16 @@ namespace soak::station {
 /// A text that stands in one line: of logs, of tables, of file names.
 [[nodiscard]] base::Result<std::string> line_member(const nlohmann::json& body, const std::string& name,
                                                     const std::optional<std::string>& otherwise);
+
+/// What a person has to enter; it ends up in files and certificates, so it must be short and plain.
+[[nodiscard]] base::Result<std::string> carried_member(const nlohmann::json& body, const std::string& name);
+
+/// A number; nothing where the member is absent or null.
+[[nodiscard]] base::Result<std::optional<double>> number_member(const nlohmann::json& body, const std::string& name);
+
+/// A list of numbers; nothing where the member is absent or null.
+[[nodiscard]] base::Result<std::optional<std::vector<double>>> numbers_member(const nlohmann::json& body,
+                                                                              const std::string& name);
 
 /// A whole number from 0 on; nothing where the member is absent or null.
 [[nodiscard]] base::Result<std::optional<std::int32_t>> count_member(const nlohmann::json& body,

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "station/http/members.h"
+#include "station/http/procedures_api.h"
 #include "station/io/host.h"
 #include "station/io/text.h"
 #include "station/records/reference_entry.h"
@@ -20,21 +21,6 @@ namespace {
 
 using base::Result;
 using nlohmann::json;
-
-/// What a person has to enter; it ends up in files and certificates, so it must be short and plain.
-Result<std::string> carried_member(const json& body, const std::string& name) {
-  auto value = text_member(body, name, std::nullopt);
-  if (!value) return value;
-  if (auto plain = check_carried_line(*value, name); !plain) return base::forward_error(plain);
-  return value;
-}
-
-Result<std::optional<double>> number_member(const json& body, const std::string& name) {
-  const auto member = body.find(name);
-  if (member == body.end() || member->is_null()) return std::nullopt;
-  if (!member->is_number()) return base::bad_input("the member is not a number", name);
-  return member->get<double>();
-}
 
 base::Status check_type(const StationService& lab, const std::string& type) {
   const json document = lab.types();
@@ -182,7 +168,8 @@ const std::vector<RecordCommand>& record_commands() {
                                                       {"unit/epoch", begin_epoch},
                                                       {"references/add", add_reference},
                                                       {"references/retire", retire_reference},
-                                                      {"key/new", new_key}};
+                                                      {"key/new", new_key},
+                                                      {"procedures/new", new_procedure}};
   return commands;
 }
 

@@ -1,22 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "station/setup/setup_check.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cctype>
-#include <cerrno>
 #include <cstddef>
-#include <cstdio>
 #include <optional>
 #include <system_error>
 #include <utility>
 
 #include "base/text.h"
-#include "db/durable.h"
-#include "station/io/text_file.h"
+#include "station/io/new_file.h"
 
 namespace soak::station {
 namespace {
@@ -138,16 +133,6 @@ std::string_view controller_at(const SetupForm& form, const EnteredAddress& addr
   return form.power && is_same_place(address, form.power->controller.address) ? "power" : "";
 }
 
-/// Never takes the place of another file; the error number. Folders on memory cards know no hard links, those of some
-/// servers no such rename: one of the two works.
-int give_new_name(const std::filesystem::path& from, const std::filesystem::path& to) {
-  if (::renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), RENAME_NOREPLACE) == 0) return 0;
-  if (errno != EINVAL && errno != ENOSYS) return errno;
-  if (::link(from.c_str(), to.c_str()) != 0) return errno;
-  ::unlink(from.c_str());
-  return 0;
-}
-
 tl::unexpected<base::Error> refused_over(const std::filesystem::path& file) {
   return base::bad_input(fmt::format("there is a file {} already: it is not written over", file.string()), "state");
 }
@@ -219,16 +204,9 @@ base::Status write_new_config(const std::filesystem::path& file, std::string_vie
   std::error_code unknown;
   if (std::filesystem::exists(file, unknown)) return refused_over(file);  // its secrets stay as they are, too
   if (auto kept = write_secrets(file.parent_path(), secrets); !kept) return kept;
-  const std::filesystem::path partial = file.string() + ".new";
-  if (auto written = write_text_file(partial, toml); !written) return written;
-  const int error = give_new_name(partial, file);
-  if (error != 0) ::unlink(partial.c_str());
-  if (error == EEXIST) return refused_over(file);
-  if (error != 0) {
-    return base::fail(base::ErrorKind::internal, "cannot write: " + std::generic_category().message(error),
-                      file.string());
-  }
-  return db::sync_name(file);
+  const auto written = write_new_text_file(file, toml);
+  if (!written) return base::forward_error(written);
+  return *written ? base::Status{} : refused_over(file);
 }
 
 }  // namespace soak::station

@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "settings/rewrite.h"
+
+#include <fmt/format.h>
+
+#include <toml++/toml.h>
+#include <algorithm>
+#include <cstddef>
+#include <sstream>
+#include <type_traits>
+#include <utility>
+
+namespace soak::settings {
+namespace {
+
+/// Bytes from `begin` to `end` that are replaced.
+struct Edit {
+  std::size_t begin;
+  std::size_t end;
+  std::string text;
+};
+
+std::size_t end_of_line(std::string_view text, std::size_t at) {
+  const std::size_t found = text.find('\n', at);
+  return found == std::string_view::npos ? text.size() : found + 1;
+}
+
+std::size_t begin_of_line(std::string_view text, std::size_t at) {
+  const std::size_t found = at == 0 ? std::string_view::npos : text.rfind('\n', at - 1);
+  return found == std::string_view::npos ? 0 : found + 1;
+}
+
+/// Where in the bytes a place is that counts lines and code points, from 1 on.
+std::size_t offset_of(std::string_view text, const toml::source_position& place) {
+  constexpr unsigned kTopBits = 0xC0;
+  constexpr unsigned kContinuation = 0x80;
+  std::size_t at = 0;
+  for (std::uint32_t line = 1; line < place.line; ++line) at = end_of_line(text, at);
+  const auto continues = [](char byte) { return (static_cast<unsigned char>(byte) & kTopBits) == kContinuation; };
+  for (std::uint32_t column = 1; column < place.column && at < text.size(); ++column) {
+    do ++at;
+    while (at < text.size() && continues(text[at]));
+  }
+  return at;
+}
+
+/// As TOML has it; a list in one line, a text with line ends over several.
+std::string text_of(const Value& value) {
+  constexpr auto kFlags = toml::format_flags::allow_multi_line_strings | toml::format_flags::allow_unicode_strings;
+  const auto one = [](const auto& item) {
+    std::ostringstream out;
+    out << toml::toml_formatter{toml::value{item}, kFlags};
+    return out.str();
+  };
+  if (const auto* list = std::get_if<std::vector<double>>(&value)) {
+    std::string text;
+    for (const double item : *list) text += (text.empty() ? "" : ", ") + one(item);
+    return "[" + text + "]";
+  }
+  return std::visit(
+      [&](const auto& item) -> std::string {
+        if constexpr (std::is_same_v<std::decay_t<decltype(item)>, std::vector<double>>) {
+          return {};
+        } else {
+          return one(item);
+        }
+      },
+      value);
+}
+
+/// What the text shall read back as. Fails where a name that shall be a table is none.
+bool apply(toml::table& root, const KeyChange& change) {
+  if (!change.table.empty() && !root.contains(change.table)) {
+    if (!change.value) return true;
+    root.insert(change.table, toml::table{});
+  }
+  toml::table* table = change.table.empty() ? &root : root.get_as<toml::table>(change.table);
+  if (table == nullptr) return false;
+  table->erase(change.key);
+  if (!change.value) return true;
+  std::visit(
+      [&](const auto& item) {
+        if constexpr (std::is_same_v<std::decay_t<decltype(item)>, std::vector<double>>) {
+          toml::array list;
+          for (const double number : item) list.push_back(number);
+          table->insert(change.key, std::move(list));
+        } else {
+          table->insert(change.key, item);
+        }
+      },
+      *change.value);
+  return true;
+}
+
+/// Where a key is put that a table has not yet: below its header, at the top above the first key.
+std::size_t place_for_key(std::string_view text, const toml::table& table, bool is_root) {
+  if (!is_root) return end_of_line(text, offset_of(text, table.source().begin));
+  std::size_t first = text.size();
+  for (const auto& [key, node] : table) first = std::min(first, offset_of(text, key.source().begin));
+  return begin_of_line(text, first);
+}
+
+/// The edit for a change; nothing where there is nothing to do.
+std::optional<Edit> edit_for(std::string_view text, const toml::table& root, const KeyChange& change) {
+  const bool is_root = change.table.empty();
+  const toml::table* table = is_root ? &root : root.get_as<toml::table>(change.table);
+  const auto found = table ? table->find(change.key) : toml::table::const_iterator{};
+  if (table && found != table->cend()) {
+    const std::size_t begin = offset_of(text, found->second.source().begin);
+    const std::size_t end = offset_of(text, found->second.source().end);
+    if (change.value) return Edit{begin, end, text_of(*change.value)};
+    return Edit{begin_of_line(text, offset_of(text, found->first.source().begin)), end_of_line(text, end), ""};
+  }
+  if (!change.value) return std::nullopt;
+  const std::string line = change.key + " = " + text_of(*change.value) + "\n";
+  if (!table) return Edit{text.size(), text.size(), "\n[" + change.table + "]\n" + line};
+  const std::size_t at = place_for_key(text, *table, is_root);
+  return Edit{at, at, line};
+}
+
+/// The text with the edits in it; they must not overlap.
+std::string edited(std::string_view text, std::vector<Edit> edits) {
+  // What is put in stands before what begins there.
+  std::ranges::stable_sort(edits, {}, [](const Edit& edit) { return std::pair(edit.begin, edit.end); });
+  std::string out;
+  std::size_t at = 0;
+  for (const Edit& edit : edits) {
+    if (edit.begin < at) continue;  // the comparison with what is wanted finds it
+    out += text.substr(at, edit.begin - at);
+    out += edit.text;
+    at = edit.end;
+  }
+  return out += text.substr(at);
+}
+
+bool reads_as(const std::string& text, const toml::table& wanted) {
+  try {
+    return toml::parse(text) == wanted;
+  } catch (const toml::parse_error&) {
+    return false;
+  }
+}
+
+}  // namespace
+
+base::Result<std::string> rewritten(std::string_view text, const std::string& file,
+                                    const std::vector<KeyChange>& changes) {
+  toml::table root;
+  try {
+    root = toml::parse(text);
+  } catch (const toml::parse_error& error) {
+    return base::bad_input(std::string(error.description()), file);
+  }
+  std::string whole(text);
+  if (!whole.empty() && whole.back() != '\n') whole += '\n';
+  toml::table wanted = root;
+  std::vector<Edit> edits;
+  for (const KeyChange& change : changes) {
+    if (!apply(wanted, change)) return base::bad_input(fmt::format("'{}' is no table", change.table), file);
+    if (auto edit = edit_for(whole, root, change)) edits.push_back(*std::move(edit));
+  }
+  std::string by_lines = edited(whole, std::move(edits));
+  if (reads_as(by_lines, wanted)) return by_lines;
+  std::ostringstream anew;
+  anew << wanted << '\n';
+  return anew.str();
+}
+
+}  // namespace soak::settings
