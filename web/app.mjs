@@ -171,7 +171,7 @@ async function command(name, body, mayBeLate = false) {
 
 function rememberUser() {
   $("user").value = localStorage.getItem("soak-user") ?? "";
-  $("user").addEventListener("change", () => localStorage.setItem("soak-user", userName()));
+  $("user").addEventListener("change", () => localStorage.setItem("soak-user", operator()));
   $("itself").checked = localStorage.getItem("soak-itself") === "yes";
   $("itself").addEventListener("change", () => localStorage.setItem("soak-itself", $("itself").checked ? "yes" : "no"));
 }

@@ -63,7 +63,7 @@ export function renderCampaign(status, plan) {
   say($("queue"), queued);
   renderQueue(status.queue.campaigns);
   for (const part of ["progress", "facts"]) show($(part), campaign !== null);
-  $("pause").disabled = !CAN_PAUSE.includes(state);
+  $("pause").disabled = !CAN_PAUSE.includes(state) || Boolean(campaign?.step_trouble);
   $("resume").disabled = !(state === "paused" || resumable);
   $("abort").disabled = !(CAN_ABORT.includes(state) || (state === "interrupted" && resumable) || status.resumes_by_itself || nextBeginsByItself(status));
   show($("next"), status.queue.waits_for === "somebody" && !isActive(status));

@@ -11,6 +11,8 @@ const DRY_MARGIN_K = 2;
 const HOT_C = 50;
 /** A pause is advised where air and units that lie beside the set point are safe, too. */
 const PAUSE_MARGIN_K = 3;
+/** Ends that may have left units cold; of a campaign that is finished the last step has warmed them. */
+const CUT_SHORT = ["failed", "aborted", "interrupted"];
 
 /**
  * Between which temperatures somebody may open the door.
@@ -107,8 +109,8 @@ export function doorOf(status, plan) {
   if (state === "waiting" && !waitsByItself(status)) return { lamp: "yes", title: T.door.open, text: T.door.asks(number(coldest, 0), dew) };
   if (status.campaign?.step_trouble) return no(T.door.notOff);
   if (state === "stopping" || isActive(status)) return no(state === "stopping" ? T.door.stopping : T.door.runs, endOfRunText(status, plan));
-  // An alarm may have switched the chamber off while the units were cold (docs/campaigns.md, the safe state).
-  if (state === "failed" && units.every((unit) => unit.temp_c === null)) {
+  // An alarm on the way to the safe state may have switched the chamber off while the units were cold (docs/campaigns.md, the safe state).
+  if (CUT_SHORT.includes(state) && units.every((unit) => unit.temp_c === null)) {
     return { lamp: "unknown", title: T.door.unknown, text: T.door.coldUnits(number(chamber.air_c, 0), dew) };
   }
   return { lamp: "yes", title: T.door.open, text: T.door.safe(number(coldest, 0), dew) };

@@ -2,10 +2,16 @@
 """Fits a unit on a station and saves its report, over the HTTP interface (docs/openapi.yaml), with Python's own library.
 
     python3 client.py http://127.0.0.1:8088 SN0042 --user Eva
+
+A station that others may reach asks for a token ('soak user token' makes one; its account is then the name in the log) and has a
+certificate of its own:
+
+    python3 client.py https://soak.lab.example:8088 SN0042 --token-file nightly.token --certificate soakd.crt
 """
 import argparse
 import json
 import pathlib
+import ssl
 import sys
 import time
 import urllib.error
@@ -16,8 +22,10 @@ import urllib.request
 class Station:
     """A station at its address. Calls raise RuntimeError with the station's own words where it refuses, and where it does not answer."""
 
-    def __init__(self, address):
+    def __init__(self, address, token=None, certificate=None):
         self.address = address.rstrip("/") + "/api/v1/"
+        self.headers = {"Content-Type": "application/json", **({"Authorization": f"Bearer {token}"} if token else {})}
+        self.trust = ssl.create_default_context(cafile=certificate)
 
     def get(self, path, **parameters):
         return json.loads(self.ask(f"{path}?{urllib.parse.urlencode(parameters)}"))
@@ -26,9 +34,9 @@ class Station:
         return json.loads(self.ask(path, json.dumps(body).encode()))
 
     def ask(self, path, body=None):
-        request = urllib.request.Request(self.address + path, body, {"Content-Type": "application/json"})
+        request = urllib.request.Request(self.address + path, body, self.headers)
         try:
-            with urllib.request.urlopen(request, timeout=60) as answer:
+            with urllib.request.urlopen(request, timeout=60, context=self.trust) as answer:
                 return answer.read()
         except urllib.error.HTTPError as refusal:
             error = json.load(refusal)["error"]
@@ -52,8 +60,11 @@ def main():
     parser.add_argument("address")
     parser.add_argument("unit", help="serial number")
     parser.add_argument("--user", default="client.py", help="your name, for the event log")
+    parser.add_argument("--token-file", type=pathlib.Path, help="file with the token of an account")
+    parser.add_argument("--certificate", help="file with the station's certificate (PEM), where it made one itself")
     arguments = parser.parse_args()
-    station = Station(arguments.address)
+    token = arguments.token_file.read_text(encoding="utf-8").strip() if arguments.token_file else None
+    station = Station(arguments.address, token, arguments.certificate)
     who = {"unit": arguments.unit, "user": arguments.user}
     try:
         status = station.get("status")

@@ -29,10 +29,9 @@ class AccessApi {
   /// have made the browser send. What tells nothing passes: the files of the pages, the log-in, GET /api/v1/alive.
   [[nodiscard]] std::optional<Refusal> refusal(const httplib::Request& request);
 
-  /// Why a command is refused by its caller's role (403); else its member `user` is the caller's name from here on,
-  /// whatever it said before.
-  [[nodiscard]] std::optional<Refusal> sign(const httplib::Request& request, std::string_view command,
-                                            nlohmann::json& body);
+  /// Why a command that needs that role is refused to its caller (403); else its member `user` is the caller's name
+  /// from here on, whatever it said before.
+  [[nodiscard]] std::optional<Refusal> sign(const httplib::Request& request, Role needed, nlohmann::json& body);
 
   /// Whether the caller of a request may still read, as a function that can be asked again and again. Each time counts
   /// as a use of the session.

@@ -349,8 +349,16 @@ const std::vector<JobQuestion>& job_questions() {
 }
 
 const std::vector<JobOrder>& job_orders() {
-  static const std::vector<JobOrder> orders = {{"jobs", do_start}, {"jobs/cancel", do_cancel}};
+  static const std::vector<JobOrder> orders = {{"jobs", do_start}, {kCancelJob, do_cancel}};
   return orders;
+}
+
+std::optional<json> job_to_cancel(const JobRunner& jobs, const json& body) {
+  const auto id = body.find("id");
+  if (id == body.end() || !id->is_number_integer()) return std::nullopt;
+  auto job = jobs.show(id->get<std::int64_t>());
+  if (!job) return std::nullopt;
+  return *std::move(job);
 }
 
 Result<JobRunner::MadeFile> job_file(const JobRunner& jobs, const Parameters& parameters) {

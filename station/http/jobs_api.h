@@ -2,6 +2,7 @@
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string_view>
 #include <vector>
 
@@ -29,6 +30,10 @@ struct JobOrder {
 /// docs/http-api.md.
 [[nodiscard]] const std::vector<JobQuestion>& job_questions();
 [[nodiscard]] const std::vector<JobOrder>& job_orders();
+
+inline constexpr std::string_view kCancelJob = "jobs/cancel";
+/// The job that the body of that command names; nothing where none is kept that it could name.
+[[nodiscard]] std::optional<nlohmann::json> job_to_cancel(const JobRunner& jobs, const nlohmann::json& body);
 
 /// GET /api/v1/job/file. Refuses as a question does.
 [[nodiscard]] base::Result<JobRunner::MadeFile> job_file(const JobRunner& jobs, const Parameters& parameters);

@@ -144,9 +144,16 @@ struct HttpServer::Running {
       }
       auto body = parse_body(request.body);
       if (!body) return answer(response, body);
-      if (const auto refusal = access.sign(request, name, *body)) return refuse(response, *refusal);
+      if (const auto refusal = access.sign(request, role_needed(name, *body), *body)) return refuse(response, *refusal);
       answer(response, carry_out(*body));
     });
+  }
+
+  /// Who may begin a job may end it.
+  [[nodiscard]] Role role_needed(const std::string& name, const nlohmann::json& body) const {
+    if (name != kCancelJob) return role_of_command(name, body);
+    const auto job = job_to_cancel(jobs, body);
+    return job ? role_of_command("jobs", *job) : Role::operating;
   }
 
   /// For programs of this machine that must know whether the chamber is in hand: `turn` rises while the engine works.

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "station/lab/campaign_log.h"
 
+#include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -12,7 +14,20 @@ namespace {
 
 constexpr std::size_t kEventsKept = 2000;
 constexpr std::size_t kEventsShown = 500;
-constexpr std::size_t kMostPoints = 4096;
+/// Numbers of all points together, so that the page's first view stays small however many units there are, and however
+/// long the campaign is.
+constexpr std::size_t kMostNumbers = 8192;
+constexpr std::size_t kFewestPoints = 256;
+
+std::size_t most_points(std::size_t units) {
+  constexpr std::size_t kOthers = 3;  // time, chamber, set point
+  return std::max(kFewestPoints, kMostNumbers / (units + kOthers));
+}
+
+/// To 0.01, which is all that a chart shows.
+nlohmann::json rounded(const std::optional<double>& value) {
+  return value ? number_or_null(std::round(100.0 * *value) / 100.0) : nlohmann::json();
+}
 
 }  // namespace
 
@@ -66,7 +81,7 @@ void TemperatureLog::add(double t_s, std::optional<double> chamber_c, std::optio
   const std::lock_guard lock(mutex_);
   if (!points_.empty() && t_s - points_.back().t_s < spacing_s_) return;
   points_.push_back({t_s, chamber_c, set_point_c, units_c});
-  if (points_.size() < kMostPoints) return;
+  if (points_.size() < most_points(serials_.size())) return;
   for (std::size_t i = 0; 2 * i < points_.size(); ++i) points_[i] = std::move(points_[2 * i]);
   points_.resize((points_.size() + 1) / 2);
   spacing_s_ *= 2.0;
@@ -81,10 +96,10 @@ nlohmann::json TemperatureLog::document(double after_s) const {
   for (const Point& point : points_) {
     if (point.t_s <= after_s) continue;
     t_s.push_back(point.t_s);
-    chamber_c.push_back(number_or_null(point.chamber_c));
-    set_point_c.push_back(number_or_null(point.set_point_c));
+    chamber_c.push_back(rounded(point.chamber_c));
+    set_point_c.push_back(rounded(point.set_point_c));
     for (std::size_t u = 0; u < units.size(); ++u) {
-      units[u].push_back(u < point.units_c.size() ? number_or_null(point.units_c[u]) : nlohmann::json());
+      units[u].push_back(u < point.units_c.size() ? rounded(point.units_c[u]) : nlohmann::json());
     }
   }
   nlohmann::json named = nlohmann::json::object();

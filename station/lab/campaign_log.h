@@ -47,7 +47,7 @@ class EventLog {
   std::int64_t last_number_;  ///< begins at the host's clock: numbers rise from one soakd to the next
 };
 
-/// Temperatures over the process time of a campaign, for pages: at most some 4000 points, thinned evenly as they grow.
+/// Temperatures over the process time of a campaign, for pages: at most some 8000 numbers, thinned evenly as they grow.
 /// Any thread may read.
 class TemperatureLog {
  public:
@@ -56,7 +56,7 @@ class TemperatureLog {
   /// Adds a point where the last one is old enough.
   void add(double t_s, std::optional<double> chamber_c, std::optional<double> set_point_c,
            const std::vector<std::optional<double>>& units_c);
-  /// {"t_s", "chamber_c", "set_point_c", "units"} of the points after `after_s`.
+  /// {"t_s", "chamber_c", "set_point_c", "units"} of the points after `after_s`; temperatures to 0.01 °C.
   [[nodiscard]] nlohmann::json document(double after_s) const;
 
  private:

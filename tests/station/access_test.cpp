@@ -480,11 +480,14 @@ TEST(RoleOfACommand, IsEngineerWhereNothingElseIsKnown) {
   const auto role = [](const char* name, const char* body) {
     return role_of_command(name, nlohmann::json::parse(body));
   };
-  for (const char* name : {"campaign/start", "campaign/abort", "campaign/confirm", "jobs/cancel"}) {
+  for (const char* name : {"campaign/start", "campaign/abort", "campaign/confirm", "unit/add"}) {
     EXPECT_EQ(role(name, "{}"), Role::operating) << name;
   }
-  for (const char* kind : {"fit", "verify", "report"}) {
+  for (const char* kind : {"fit", "fit_all", "verify", "verify_all", "report", "gap_find", "gap_show"}) {
     EXPECT_EQ(role_of_command("jobs", {{"kind", kind}}), Role::operating) << kind;
+  }
+  for (const char* kind : {"release", "release_all", "export", "gap_accept"}) {
+    EXPECT_EQ(role_of_command("jobs", {{"kind", kind}}), Role::engineer) << kind;
   }
   EXPECT_EQ(role("jobs", R"({"kind": "export"})"), Role::engineer);
   EXPECT_EQ(role("jobs", R"({"kind": ["fit"]})"), Role::engineer);

@@ -3,18 +3,37 @@
 role, cookie or page, with many passwords, with slow or wrong TLS, with names that are meant to do harm."""
 import hashlib
 import json
+import pathlib
 import re
 import ssl
+import subprocess
+import sys
 import time
 import unittest
+
+import yaml
 
 from guarded_station import ROLES, UNIT, GuardedStation, password_of, read_all
 from soak_cli import check_schema
 
-READS = ["status", "plan", "history", "stored", "noise?unit=x", "log", "runs", f"run?run=x&unit={UNIT}", "run/series", "units",
-         f"unit?unit={UNIT}", "jobs", "job?id=1", "job/file?id=1", "events", "session", "alarms", "key"]
-COMMANDS = ["campaign/start", "campaign/queue", "campaign/look", "campaign/unqueue", "campaign/next", "campaign/pause", "campaign/resume", "campaign/abort",
-            "campaign/confirm", "jobs", "jobs/cancel", "run/void", "unit/epoch", "alarms/test", "key/new", "logout"]
+PATHS = yaml.safe_load((pathlib.Path(__file__).resolve().parents[2] / "docs" / "openapi.yaml").read_text(encoding="utf-8"))["paths"]
+API = "/api/v1/"
+# What is told to all, and what is there only before the station is set up.
+OPEN = {"GET": ["alive"], "POST": ["login"]}
+
+
+def operations(method):
+    """The paths of the interface that ask who one is, without their beginning."""
+    return [path[len(API):] for path, item in PATHS.items() if path.startswith(API) and method.lower() in item
+            and item[method.lower()]["tags"] != ["setup"] and path[len(API):] not in OPEN[method]]
+
+
+READS, COMMANDS = operations("GET"), operations("POST")
+# Commands for which a log-in of any role is enough, and those of operators; whatever else there is needs an engineer.
+ANYBODYS = {"logout"}
+OPERATORS = {path for path in COMMANDS if path.startswith("campaign/")} | {"unit/add", "jobs/cancel", "procedures/new"}
+OPERATORS_JOBS = {"fit", "fit_all", "verify", "verify_all", "report", "gap_find", "gap_show"}
+JOB_KINDS = PATHS[API + "jobs"]["post"]["requestBody"]["content"]["application/json"]["schema"]["properties"]["kind"]["enum"]
 ABORT = {"reason": "smoke"}
 SLOW = 200
 
@@ -32,7 +51,8 @@ class Attacker(unittest.TestCase):
         return self.station.ask("POST", "/api/v1/campaign/abort", ABORT, {"Content-Type": "application/json", **headers})[0]
 
     def test_without_an_account_nothing_is_told_and_nothing_done(self):
-        for path in [f"/api/v1/{path}" for path in READS] + ["/metrics", "/", "/index.html", "/nowhere"]:
+        self.assertGreater(min(len(READS), len(COMMANDS)), 15)
+        for path in [API + path for path in READS] + ["/metrics", "/", "/index.html", "/nowhere"]:
             status, headers, body = self.station.ask("GET", path)
             self.assertEqual((status, json.loads(body)["error"]["where"]), (401, "account"), path)
             self.assertNotIn(UNIT, body)
@@ -90,6 +110,37 @@ class Attacker(unittest.TestCase):
         self.assertEqual((status, json.loads(body)["unit"]), (200, UNIT))
         self.assertIn(', by eva: board repaired', self.station.query("SELECT text FROM event WHERE kind = 'epoch_begun'")[0][0])
         self.assertIn("needs the role operator", self.station.post("campaign/abort", ABORT, self.station.cookie("vera"))[2])
+
+    def test_every_command_has_its_role_and_is_refused_below_it(self):
+        asked = [(path, {}, path in OPERATORS) for path in COMMANDS if path not in ANYBODYS | {"jobs"}]
+        asked += [("jobs", {"kind": kind}, kind in OPERATORS_JOBS) for kind in JOB_KINDS]
+        self.assertGreater(len(asked), 25)
+        vera, otto = self.station.cookie("vera"), self.station.cookie("otto")
+        for path, body, is_operators in asked:
+            with self.subTest(path=path, body=body):
+                self.assertEqual(self.station.post(path, body, vera)[0], 403)
+                status, _, text = self.station.post(path, {**body, "no_such": 1}, otto)
+                # A member that no command knows: whoever may give the command is told of that instead.
+                self.assertEqual((status, "needs the role" in text), (400, False) if is_operators else (403, True), text)
+
+    def test_who_may_not_begin_a_job_may_not_end_it_either(self):
+        eva, otto = self.station.cookie("eva"), self.station.cookie("otto")
+        job = json.loads(self.station.post("jobs", {"kind": "release_all"}, eva)[2])
+        status, _, body = self.station.post("jobs/cancel", {"id": job["id"]}, otto)
+        self.assertEqual(status, 403)
+        self.assertIn("needs the role engineer", body)
+        self.assertEqual(self.station.post("jobs/cancel", {"id": 10 ** 6}, otto)[0], 400, "there is no such job")
+        self.wait_for_job(job["id"])
+        own = json.loads(self.station.post("jobs", {"kind": "fit_all"}, otto)[2])
+        self.assertIn(self.station.post("jobs/cancel", {"id": own["id"]}, otto)[0], (200, 409), "over already, perhaps")
+        self.wait_for_job(own["id"])
+
+    def wait_for_job(self, number):
+        end_s = time.monotonic() + 60
+        token = self.station.token("vera", f"job {number}")
+        while json.loads(self.station.ask("GET", f"/api/v1/job?id={number}", headers={"Authorization": f"Bearer {token}"})[2])["state"] == "running":
+            self.assertLess(time.monotonic(), end_s)
+            time.sleep(0.2)
 
     def test_a_command_is_signed_with_the_account_whatever_the_body_says(self):
         run = json.loads(self.station.soak("runs", "list", "--json"))["runs"][0]["run_id"]
@@ -163,6 +214,20 @@ class Attacker(unittest.TestCase):
         self.station.user("revoke", "otto", "--label", "script")
         self.assertEqual(self.abort(Authorization=f"Bearer {may}"), 401)
         self.assertEqual(self.abort(Authorization=f"Bearer {looks}"), 403)
+
+    def test_the_client_of_the_docs_comes_in_with_a_token_and_trusts_the_stations_certificate(self):
+        client = pathlib.Path(__file__).resolve().parents[2] / "docs" / "examples" / "client.py"
+        token = self.station.folder / "client.token"
+        token.write_text(self.station.token("vera", "client"), encoding="utf-8")
+
+        def ask(*words):
+            return subprocess.run([sys.executable, "-B", client, self.station.origin, UNIT, *words], cwd=self.station.folder, capture_output=True, text=True)
+        certificate = ("--certificate", self.station.certificate)
+        seen = ask("--token-file", token, *certificate)
+        self.assertRegex(seen.stdout, r"^Soak \S+, idle\n$")
+        self.assertIn("it needs the role operator", seen.stderr)
+        self.assertIn("log in, or show a token", ask(*certificate).stderr)
+        self.assertIn("certificate verify failed", ask("--token-file", token).stderr)
 
     def test_a_new_password_and_a_removed_account_end_sessions_and_tokens(self):
         self.station.user("add", "ida", "--role", "viewer", password=password_of("ida"))

@@ -74,7 +74,8 @@ class Step(StationTest):
         self.see("#door-text", self.local(RATE_1["utc_s"] + left_s - after_s))
         for air_c, unit_c, state, expected in ((25.0, 25.0, "paused", "yes"), (25.0, 25.0, "running", "no"), (25.0, 13.9, "paused", "no"),
                                                (25.0, 14.1, "paused", "yes"), (80.0, 60.0, "paused", "no"), (25.0, 25.0, "stopping", "no"),
-                                               (25.0, None, "finished", "yes"), (25.0, None, "failed", "unknown")):
+                                               (25.0, None, "finished", "yes"), (25.0, None, "failed", "unknown"),
+                                               (25.0, None, "aborted", "unknown"), (25.0, None, "interrupted", "unknown"), (25.0, 24.0, "aborted", "yes")):
             self.station.set("/chamber/air_c", air_c)
             self.station.set("/units/0/temp_c", unit_c)
             self.station.set("/state", state)
