@@ -62,7 +62,7 @@ def unit_page_and_report(browser, folder):
         assert ended["state"] == "done", ended
     browser.go(f"{soakd.url}#unit={serial}")
     browser.wait("return document.querySelectorAll('#unit-jobs li').length === 5")
-    browser.wait("return document.querySelectorAll('#unit-curves .sensor svg').length === 6")
+    browser.wait("return document.querySelectorAll('#unit-curves .sensor').length === 6")
     take(browser, folder / "unit-page.png", 2076)
     report = soakd.folder / "report.html"
     soakd.soak("report", "--unit", serial, "-o", str(report))

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Allan deviation over averaging time of three sensors of a unit, both axes logarithmic.
 
-import { grid, LogAxis, svg } from "./axes.mjs";
+import { allanOfWhite, grid, LogAxis, svg } from "./axes.mjs";
 import { significant } from "./format.mjs";
 import { Plot } from "./plot.mjs";
 import { T } from "./text.mjs";
@@ -21,15 +21,16 @@ export class AllanChart extends Plot {
   #tau_s = [];
   #kind = "gyro";
   #lines = [];
+  #allowed = []; // a line, or none
 
   /** `host` holds the drawing, `legend` (a list) the names and values. */
   constructor(host, legend) {
     super(host, legend, MARGIN);
-    this.show(null, "gyro");
+    this.show(null, "gyro", null);
   }
 
-  /** The document of GET /noise, or null; `kind`: "gyro" or "accel". */
-  show(noise, kind) {
+  /** The document of GET /noise, or null; `kind`: "gyro" or "accel"; `limit`: density that the type allows, or null. */
+  show(noise, kind, limit) {
     this.#tau_s = noise?.tau_s ?? [];
     this.#kind = kind;
     this.#lines = AXES.map((axis, i) => {
@@ -37,6 +38,8 @@ export class AllanChart extends Plot {
       const shown = values.map((value) => (value > 0 ? value * KINDS[kind].factor : null));
       return { name: axis, style: `unit-${i}`, values: shown };
     });
+    const allowed = this.#tau_s.map((tau_s) => allanOfWhite(limit, tau_s) * KINDS[kind].factor);
+    this.#allowed = limit === null || this.empty ? [] : [{ name: T.noise.allowed, style: "limit", values: allowed }];
     if (this.cursor >= this.#tau_s.length) this.moveCursor(null);
     this.redraw();
   }
@@ -55,7 +58,7 @@ export class AllanChart extends Plot {
   }
 
   get lines() {
-    return this.#lines;
+    return [...this.#lines, ...this.#allowed];
   }
 
   /** The averaging time nearest to 1 s. */
@@ -106,7 +109,7 @@ export class AllanChart extends Plot {
 
   /** One decade at least. */
   #range() {
-    const values = this.#lines.flatMap((line) => line.values).filter((value) => value !== null);
+    const values = this.lines.flatMap((line) => line.values).filter((value) => value !== null);
     if (values.length === 0) return [1, 10];
     const [low, high] = [Math.min(...values) / ROOM, Math.max(...values) * ROOM];
     const widen = Math.max(1, Math.sqrt((10 * low) / high));

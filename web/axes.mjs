@@ -87,3 +87,6 @@ export function grid({ left, right, top, bottom }, x, y, xName, yName) {
   nodes.push(svg("text", { x: 4, y: top - 10 }, yName));
   return nodes;
 }
+
+/** The Allan deviation of white noise of that one-sided density: σ²(τ) = N²/τ, and N² is half of the density's square. */
+export const allanOfWhite = (density, tau_s) => density / Math.sqrt(2 * tau_s);

@@ -226,7 +226,7 @@
  * @property {string[] | null} runs
  * @property {number} temp_min_c
  * @property {number} temp_max_c
- * @property {{temp_c: number, bias: number, ci95: number, pi95: number | null}[]} curve
+ * @property {{temp_c: number, bias: number, ci95: number, pi95: number | null, scale_ppm?: number | null, scale_ci95_ppm?: number | null}[]} curve
  */
 
 /**
@@ -330,6 +330,11 @@
 /** @typedef {import("./kept_documents.mjs").AlarmWay} AlarmWay */
 /** @typedef {import("./kept_documents.mjs").StationKey} StationKey */
 /** @typedef {import("./kept_documents.mjs").SetupChoices} SetupChoices */
+/** @typedef {import("./kept_documents.mjs").RowColumns} RowColumns */
+/** @typedef {import("./kept_documents.mjs").ModelRows} ModelRows */
+/** @typedef {import("./kept_documents.mjs").SensorRows} SensorRows */
+/** @typedef {import("./kept_documents.mjs").UnitNoise} UnitNoise */
+/** @typedef {import("./kept_documents.mjs").SensorNoise} SensorNoise */
 
 /**
  * What GET /api/v1/NAME answers.
@@ -359,7 +364,7 @@
  * @property {SetupChoices} setup
  */
 
-/** @typedef {PlainAnswers & {"run/series": Series, "audit/check": Chain}} Answers */
+/** @typedef {PlainAnswers & {"run/series": Series, "audit/check": Chain, "model/rows": ModelRows, "unit/noise": UnitNoise}} Answers */
 
 /**
  * The answer to a path with or without parameters.

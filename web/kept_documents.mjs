@@ -221,6 +221,46 @@
  * @property {"viewer" | "operator" | "engineer" | null} role
  */
 
+/**
+ * @typedef {object} RowColumns points of runs beside a curve
+ * @property {string[]} runs
+ * @property {number} total
+ * @property {{run: number[], sweep: string[], temp_c: number[], value: number[], residual: number[], shape_residual: number[]}} points lists of equal length
+ */
+
+/** @typedef {{limit: number | null, rows: RowColumns | null, scale_rows: RowColumns | null, fresh: RowColumns | null}} SensorRows */
+
+/**
+ * @typedef {object} ModelRows the points behind the curves of a model
+ * @property {string} unit
+ * @property {number} model
+ * @property {Record<string, SensorRows>} sensors
+ */
+
+/**
+ * @typedef {object} SensorNoise of a sensor at rest, beside what its type allows
+ * @property {"deg/s" | "m/s2"} unit
+ * @property {"inside" | "outside" | "no_limit" | "not_known"} verdict
+ * @property {number | null} limit
+ * @property {{value: number | null, ci95: (number | null)[]} | null} density
+ * @property {number | null} rate_hz
+ * @property {number | null} samples
+ * @property {string | null} reason
+ * @property {number[]} tau_s
+ * @property {(number | null)[]} oadev
+ * @property {(number | null)[][]} ci95
+ */
+
+/**
+ * @typedef {object} UnitNoise
+ * @property {string} unit
+ * @property {string} type
+ * @property {{run: string, campaign: string, content_sha256: string, simulated: boolean, visit: number, position: string, plateau_c: number | null,
+ *   temp_c: number | null, duration_s: number} | null} segment
+ * @property {string | null} reason
+ * @property {Record<string, SensorNoise>} sensors
+ */
+
 export {};
 
 // What a search for the gap has found (gap-find.schema.json).

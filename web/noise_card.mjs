@@ -82,7 +82,7 @@ export class NoiseCard {
 
   #render() {
     const kind = $("noise-accel").checked ? "accel" : "gyro";
-    this.#chart.show(this.#noise, kind);
+    this.#chart.show(this.#noise, kind, this.#limitOf(kind)?.limit ?? null);
     show($("noise-empty"), this.#chart.empty);
     tell($("noise-empty"), this.#whyEmpty());
     const { samples, rate_hz, tau_s } = this.#noise ?? {};
@@ -97,12 +97,17 @@ export class NoiseCard {
     return [this.#noise?.samples > 0 ? T.noise.tooShort(count(this.#noise.samples)) : T.noise.empty];
   }
 
-  /** What the type of the unit states of the noise in pre-flight; "" where the type is not known here. */
-  #limitText(kind) {
+  /** What the type of the unit states of the noise in pre-flight; null where the type is not known here. */
+  #limitOf(kind) {
     const unit = this.#status?.units.find(({ serial }) => serial === $("noise-unit").value);
     const type = this.#types?.find(({ name }) => name === unit?.type);
-    if (!type) return "";
-    const limit = type[kind === "gyro" ? "gyro_noise_max_dps_rthz" : "accel_noise_max_mps2_rthz"];
-    return limit === null ? T.noise.noLimit[kind](type.name) : T.noise.limit[kind](type.name, written(String(limit)));
+    return type ? { type: type.name, limit: type[kind === "gyro" ? "gyro_noise_max_dps_rthz" : "accel_noise_max_mps2_rthz"] } : null;
+  }
+
+  #limitText(kind) {
+    const stated = this.#limitOf(kind);
+    if (stated === null) return "";
+    const { type, limit } = stated;
+    return limit === null ? T.noise.noLimit[kind](type) : T.noise.limit[kind](type, written(String(limit)));
   }
 }

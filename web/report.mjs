@@ -2,172 +2,38 @@
 // The drawings of a report: station/report/figures.cpp says where on the page which of them stands, and puts what they
 // are drawn from into the page. Its modules are joined into one script there: no name twice, one line for each import.
 
-import { Axis, LogAxis } from "./axes.mjs";
+import { Axis } from "./axes.mjs";
 import { BELOW, draw, LEFT, Panel, RIGHT, TOP } from "./figure.mjs";
-import { significant } from "./format.mjs";
+import { BIAS, drawAllan, drawCurve, drawResiduals, HEIGHT, isNumber, ordinates, Range, runLegend, runStyle, SCALE } from "./sensor_figures.mjs";
 
-const HEIGHT = 340;
 const GAP_PANEL = 190;
 const CHECK_HEIGHT = 240;
-const RUN_COLOURS = 8;
-const MOST_IN_LEGEND = 12;
-const WIDEST_BAND = 3; // times what else there is to see: a wider band is cut off at the frame
+
+/** @type {import("./sensor_figures.mjs").FigureWords} */
+const WORDS = {
+  temperature: "temperature of the unit, °C",
+  bias: (unit) => `bias, ${unit}`,
+  scale: "scale error, ppm",
+  deployed: "deployed curve",
+  mean: "95 %, mean curve",
+  fresh: "95 %, one fresh power-on",
+  moreRuns: (count) => `and ${count} runs more`,
+  sweeps: "▲ heating ▼ cooling",
+  drawn: (drawn, total) => `${drawn} of ${total} rows drawn`,
+  residual: (unit) => `row − curve, ${unit}`,
+  shape: (unit) => `the same, each run's own offset removed, ${unit}`,
+  freshRun: "fresh run, in no fit",
+  limit: "limit",
+  limitBeyond: (limit) => `limit ±${limit}: beyond the drawing`,
+  tau: "averaging time τ, s",
+  deviation: (unit) => `Allan deviation, ${unit}`,
+  interval: "shaded: 95 %",
+};
+
+/** Units as the report writes them. */
+const unitText = (unit) => unit.replace("m/s2", "m/s²");
 
 const data = JSON.parse(document.getElementById("data").textContent);
-
-/** Grows to hold what it is told. */
-class Range {
-  low = Infinity;
-  high = -Infinity;
-
-  take(values) {
-    for (const value of values) {
-      this.low = Math.min(this.low, value);
-      this.high = Math.max(this.high, value);
-    }
-    return this;
-  }
-
-  get span() {
-    return this.high - this.low;
-  }
-
-  /** Takes a band where it leaves the rest to be seen. */
-  takeBand(points) {
-    const wider = new Range().take([this.low, this.high]).take(points.flatMap(([, low, high]) => [low, high]));
-    if (points.length && (!(this.span > 0) || wider.span <= WIDEST_BAND * this.span)) Object.assign(this, wider);
-    return this;
-  }
-
-  /** With some room at both ends. */
-  get axis() {
-    if (this.low > this.high) return new Axis(0, 1);
-    const room = this.span > 0 ? 0.06 * this.span : Math.max(0.1 * Math.abs(this.low), 1e-6);
-    return new Axis(this.low - room, this.high + room);
-  }
-}
-
-const isNumber = (value) => typeof value === "number";
-const ordinates = (points) => points.map(([, y]) => y);
-
-/** [temperature, value] of columns, where the value is known. */
-function points(columns, key) {
-  const values = columns?.[key] ?? [];
-  return values.map((value, i) => [columns.temp_c[i], value]).filter(([, value]) => isNumber(value));
-}
-
-/** [temperature, low, high] of a half-width about another column, or about 0. */
-function band(curve, key, about) {
-  const halves = curve[key] ?? [];
-  const known = halves.map((half, i) => [curve.temp_c[i], about ? curve[about][i] : 0, half]).filter((p) => p.every(isNumber));
-  return known.map(([temp_c, middle, half]) => [temp_c, middle - half, middle + half]);
-}
-
-const runStyle = (run) => `unit-${run % RUN_COLOURS}`;
-
-/** Temperatures of the valid range of a sensor. */
-function temperatures({ temp_min_c: low, temp_max_c: high }) {
-  const room = Math.max(1, 0.02 * (high - low));
-  return new Axis(low - room, high + room);
-}
-
-/** The rows of the runs, one path for each run and sweep. */
-function drawRows(panel, rows, key) {
-  const groups = new Map();
-  for (const [i, point] of points(rows?.points, key).entries()) {
-    const group = `${rows.points.run[i]} ${rows.points.sweep[i]}`;
-    groups.set(group, [...(groups.get(group) ?? []), point]);
-  }
-  for (const [group, list] of groups) {
-    const [run, sweep] = group.split(" ");
-    panel.marks(list, sweep in { up: 1, down: 1 } ? sweep : "dot", runStyle(Number(run)));
-  }
-}
-
-function runLegend(rows) {
-  if (!rows?.runs.length) return [];
-  const legend = rows.runs.slice(0, MOST_IN_LEGEND).map((run, i) => [`run ${runStyle(i)}`, run]);
-  const more = rows.runs.length - MOST_IN_LEGEND;
-  if (more > 0) legend.push(["none", `and ${more} runs more`]);
-  legend.push(["none", "▲ heating ▼ cooling"]);
-  const drawn = rows.points.run.length;
-  if (drawn < rows.total) legend.push(["none", `${drawn} of ${rows.total} rows drawn`]);
-  return legend;
-}
-
-/**
- * A deployed curve with its bands, and the rows that it was fitted to.
- * @param {[string, string, string?]} keys of the curve and its bands
- */
-function drawCurve(figure, sensor, rows, keys, name, more) {
-  const [key, ci95, pi95] = keys;
-  const { curve } = sensor;
-  const line = points(curve, key);
-  const [wide, narrow] = [band(curve, pi95, key), band(curve, ci95, key)];
-  const range = new Range().take(ordinates(line)).take(ordinates(points(rows?.points, "value")));
-  const axis = range.takeBand(wide).takeBand(narrow).axis;
-  const panel = new Panel(TOP, HEIGHT - BELOW, temperatures(sensor), axis, "temperature of the unit, °C", name);
-  panel.band(wide, "pi95");
-  panel.band(narrow, "ci95");
-  drawRows(panel, rows, "value");
-  panel.line(line, "curve");
-  const legend = [["line curve", "deployed curve"], ["band ci95", "95 %, mean curve"]];
-  if (wide.length) legend.push(["band pi95", "95 %, one fresh power-on"]);
-  draw(figure, HEIGHT, [panel], [...legend, ...more]);
-}
-
-/** Rows less the curve: as they are, in the bands, with fresh runs; below with each run's own offset removed. */
-function drawResiduals(figure, sensor) {
-  const { rows, fresh, limit, curve } = sensor;
-  const [wide, narrow] = [band(curve, "pi95"), band(curve, "ci95")];
-  const own = [rows, fresh].flatMap((some) => ordinates(points(some?.points, "residual")));
-  const range = new Range().take([0, ...own]).takeBand(wide).takeBand(narrow);
-  if (isNumber(limit)) range.takeBand([[0, -limit, limit]]);
-  const { axis } = range;
-  const showsLimit = isNumber(limit) && axis.low <= -limit && limit <= axis.high;
-  const middle = (TOP + HEIGHT - BELOW) / 2;
-  const upper = new Panel(TOP, middle - 14, temperatures(sensor), axis, "", `row − curve, ${sensor.unit}`);
-  upper.band(wide, "pi95");
-  upper.band(narrow, "ci95");
-  upper.level(0, "curve");
-  if (showsLimit) for (const level of [limit, -limit]) upper.level(level, "limit");
-  drawRows(upper, rows, "residual");
-  upper.marks(points(fresh?.points, "residual"), "square", "fresh");
-
-  const shapes = new Range().take([0, ...ordinates(points(rows?.points, "shape_residual"))]);
-  const name = `the same, each run's own offset removed, ${sensor.unit}`;
-  const lower = new Panel(middle + 26, HEIGHT - BELOW, temperatures(sensor), shapes.axis, "temperature, °C", name);
-  lower.level(0, "curve");
-  drawRows(lower, rows, "shape_residual");
-  const legend = fresh ? [["square fresh", "fresh run, in no fit"]] : [];
-  if (showsLimit) legend.push(["line limit", "limit"]);
-  else if (isNumber(limit)) legend.push(["none", `limit ±${significant(limit, 3)}: beyond the drawing`]);
-  draw(figure, HEIGHT, [upper, lower], legend);
-}
-
-/** Overlapping Allan deviation of the sensors of one kind, with its interval. */
-function drawAllan(figure, kind) {
-  const known = Object.entries(data.noise).filter(([name, { tau_s }]) => name.startsWith(kind) && tau_s);
-  const lines = known.map(([name, { tau_s, oadev, ci95 }]) => ({
-    name,
-    line: tau_s.map((tau, i) => [tau, oadev[i]]).filter(([, deviation]) => deviation > 0),
-    interval: tau_s.map((tau, i) => [tau, ...ci95[i]]).filter((point) => point.every(isNumber)),
-  }));
-  const all = lines.flatMap(({ line }) => line);
-  const axis = (values, room) => {
-    const { low, high } = new Range().take(values);
-    return new LogAxis(low / room, Math.max(high * room, (10 * low) / room));
-  };
-  const name = `Allan deviation, ${kind === "gyro" ? "deg/s" : "m/s²"}`;
-  const [x, y] = [axis(all.map(([tau]) => tau), 1), axis(ordinates(all), 1.4)];
-  const panel = new Panel(TOP, HEIGHT - BELOW, x, y, "averaging time τ, s", name);
-  for (const [i, { line, interval }] of lines.entries()) {
-    panel.band(interval, runStyle(i));
-    panel.line(line, runStyle(i));
-  }
-  const legend = lines.map((line, i) => [`line ${runStyle(i)}`, line.name]);
-  draw(figure, HEIGHT, [panel], [...legend, ["none", "shaded: 95 %"]]);
-}
 
 /** One sensor of a check standard over the campaigns; those of this model are ringed. */
 function drawCheck(figure, sensor, { campaigns, reference_c }) {
@@ -245,15 +111,14 @@ function drawTrack(figure, { truth, tracks }) {
 
 const CHARTS = {
   curve(figure, sensor) {
-    const { rows, unit } = sensor;
-    drawCurve(figure, sensor, rows, ["bias", "ci95", "pi95"], `bias, ${unit}`, runLegend(rows));
+    drawCurve(figure, sensor, sensor.rows, BIAS, WORDS.bias(unitText(sensor.unit)), runLegend(sensor.rows, WORDS), WORDS);
   },
   scale(figure, sensor) {
-    drawCurve(figure, sensor, sensor.scale_rows, ["scale_ppm", "scale_ci95_ppm"], "scale error, ppm", []);
+    drawCurve(figure, sensor, sensor.scale_rows, SCALE, WORDS.scale, [], WORDS);
   },
-  residuals: drawResiduals,
+  residuals: (figure, sensor) => drawResiduals(figure, sensor, unitText(sensor.unit), WORDS),
   gap: drawGap,
-  allan: (figure) => drawAllan(figure, figure.dataset.of),
+  allan: (figure) => drawAllan(figure, data.noise, figure.dataset.of, figure.dataset.of === "gyro" ? "deg/s" : "m/s²", WORDS),
   error: (figure) => drawErrors(figure, figure.dataset.of === "mean" ? data.mean : data.outages[figure.dataset.of].errors),
   track: (figure) => drawTrack(figure, data.outages[figure.dataset.of]),
   check: (figure) => drawCheck(figure, figure.dataset.of, data.check[figure.dataset.unit]),

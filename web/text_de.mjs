@@ -426,6 +426,7 @@ export const text = {
     ordinate: (unit) => `Allan-Abweichung, ${unit}`,
     abscissa: "Mittelungszeit τ, s",
     at: (tau) => `bei ${tau} s`,
+    allowed: "vom Typ erlaubt",
   },
   log: { title: "Letzte Ereignisse", empty: "Seit dem Start von soakd hat keine Kampagne und kein Gerät etwas gemeldet. Was vorher geschah, und durch wen:", toEvents: "Ereignisse" },
 };

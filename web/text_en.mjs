@@ -358,6 +358,8 @@ export const text = {
     ordinate: (unit) => `Allan deviation, ${unit}`,
     abscissa: "averaging time τ, s",
     at: (tau) => `at ${tau} s`,
+    /** The line of the limit. */
+    allowed: "allowed by the type",
   },
   log: { title: "Last events", empty: "No campaign or device has said anything since soakd started. All that was done before, and by whom:", toEvents: "Events" },
 };

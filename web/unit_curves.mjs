@@ -1,28 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// A drawing of each sensor's curve with its bands, as the report has it, without the rows behind it.
+// The card of a sensor: its curves with the points of the runs, what is left of these, in the drawings of the report.
 
-import { Axis } from "./axes.mjs";
 import { element } from "./dom.mjs";
-import { BELOW, draw, Panel, TOP } from "./figure.mjs";
 import { badge } from "./runs_view.mjs";
+import { BIAS, drawCurve, drawResiduals, runLegend, SCALE } from "./sensor_figures.mjs";
 import { sensorFacts, sensorText, U, unitText, verdictOf } from "./unit_words.mjs";
 
-const HEIGHT = 260;
-
-const isNumber = (value) => typeof value === "number";
-
-/** [temperature, low, high] of the points that have that band. */
-function band(curve, key) {
-  const known = curve.filter((point) => isNumber(point.bias) && isNumber(point[key]));
-  return known.map((point) => [point.temp_c, point.bias - point[key], point.bias + point[key]]);
-}
-
-/** An axis that holds the values, with some room at both ends. */
-function axisOf(values) {
-  const [low, high] = [Math.min(...values), Math.max(...values)];
-  const room = high > low ? 0.06 * (high - low) : Math.max(0.1 * Math.abs(low), 1e-6);
-  return new Axis(low - room, high + room);
-}
+const WORDS = U.sensors.figures;
 
 function facts(sensor) {
   const list = element("dl", "");
@@ -35,26 +19,31 @@ function facts(sensor) {
   return list;
 }
 
-/** The points of a curve that are numbers, and what its bands span. */
-function drawn({ curve }) {
-  const known = curve.filter(({ bias }) => isNumber(bias));
-  return { line: known.map(({ temp_c, bias }) => [temp_c, bias]), wide: band(known, "pi95"), narrow: band(known, "ci95") };
+/**
+ * A sensor as drawings take it: its curve in lists.
+ * @param {import("./documents.mjs").Sensor} sensor
+ * @returns {import("./sensor_figures.mjs").Drawn}
+ */
+function drawn({ temp_min_c, temp_max_c, curve }) {
+  const list = (key) => curve.map((point) => point[key] ?? null);
+  return { temp_min_c, temp_max_c, curve: Object.fromEntries(["temp_c", ...BIAS, ...SCALE].map((key) => [key, list(key)])) };
 }
 
-/**
- * The card of a sensor; `judged`: its part of a verification that holds, or null; `older`: {version, sensor} of another model, to be drawn
- * behind it, or null.
- * @param {string} name
- * @param {import("./documents.mjs").Sensor} sensor
- * @param {{verdict: import("./documents.mjs").Verdict} | null} judged
- * @param {{version: number, sensor: import("./documents.mjs").Sensor} | null} older
- */
-export function sensorCard(name, sensor, judged, older) {
-  const card = element("section", "");
-  card.className = "card sensor";
-  const title = element("h3", sensorText(name));
-  title.id = `sensor-${name}`;
-  card.setAttribute("aria-labelledby", title.id);
+/** A figure with its title and, for those who do not see it, what is stated of the curve. */
+function figureOf(shows, title, sensor) {
+  const figure = element("figure", "");
+  figure.dataset.shows = shows;
+  const caption = element("figcaption", "");
+  caption.append(element("b", title), element("span", sensorFacts(sensor).map((fact) => fact.join(" ")).join(", ")));
+  figure.append(caption);
+  return figure;
+}
+
+/** What the legend says of an older model that lies behind the curve. */
+const olderLegend = (version) => [["line older", U.sensors.version(version)], ["band older", U.sensors.olderMean]];
+
+/** Title and verdict. */
+function headOf(title, judged) {
   const head = element("div", "");
   head.className = "row";
   head.append(title);
@@ -62,30 +51,44 @@ export function sensorCard(name, sensor, judged, older) {
     const { title: text, state } = verdictOf(judged.verdict);
     head.append(badge({ text, state }));
   }
-  const { line, wide, narrow } = drawn(sensor);
-  const before = older && drawn(older.sensor);
-  const figure = element("figure", "");
-  const caption = element("figcaption", "");
-  caption.append(element("b", U.sensors.bias(sensorText(name))),
-    element("span", sensorFacts(sensor).map((fact) => fact.join(" ")).join(", ")));
-  figure.append(caption);
-  const all = [sensor, ...(older ? [older.sensor] : [])];
-  const x = axisOf(all.flatMap(({ temp_min_c, temp_max_c }) => [temp_min_c, temp_max_c]));
-  const bands = [...wide, ...narrow, ...(before?.narrow ?? [])];
-  const y = axisOf([...line, ...(before?.line ?? [])].map(([, bias]) => bias).concat(bands.flatMap(([, low, high]) => [low, high])));
-  const panel = new Panel(TOP, HEIGHT - BELOW, x, y, U.sensors.temperature, U.sensors.ordinate(unitText(sensor)));
-  panel.band(wide, "pi95");
-  panel.band(narrow, "ci95");
-  if (before) {
-    panel.band(before.narrow, "older");
-    panel.line(before.line, "older");
+  return head;
+}
+
+/** The curve of the scale, or why there is none. */
+function scalePart(name, sensor, own, rows, older) {
+  if (!sensor.curve.some(({ scale_ppm }) => typeof scale_ppm === "number")) {
+    return Object.assign(element("p", U.sensors.noScale[name.startsWith("gyro") ? "gyro" : "accel"]), { className: "about" });
   }
-  panel.line(line, "curve");
-  const legend = [["line curve", U.sensors.deployed], ["band ci95", U.sensors.mean]];
-  if (wide.length > 0) legend.push(["band pi95", U.sensors.fresh]);
-  if (older) legend.push(["line older", U.sensors.version(older.version)], ["band older", U.sensors.olderMean]);
-  draw(figure, HEIGHT, [panel], legend);
-  caption.firstElementChild.remove(); // the card's title says it
-  card.append(head, figure, facts(sensor));
+  const scale = figureOf("scale", U.sensors.scale(sensorText(name)), sensor);
+  drawCurve(scale, own, rows?.scale_rows ?? null, SCALE, WORDS.scale, [], WORDS, older);
+  return scale;
+}
+
+/**
+ * The card of a sensor; `judged`: its part of a verification that holds, or null; `older`: {version, sensor} of another model, to be drawn
+ * behind it, or null; `rows`: the points of the runs, or null while they are not there.
+ * @param {string} name
+ * @param {import("./documents.mjs").Sensor} sensor
+ * @param {{verdict: import("./documents.mjs").Verdict} | null} judged
+ * @param {{version: number, sensor: import("./documents.mjs").Sensor} | null} older
+ * @param {import("./documents.mjs").SensorRows | null} rows
+ */
+export function sensorCard(name, sensor, judged, older, rows) {
+  const card = element("section", "");
+  card.className = "card sensor";
+  const title = element("h3", sensorText(name));
+  title.id = `sensor-${name}`;
+  card.setAttribute("aria-labelledby", title.id);
+  const own = { ...drawn(sensor), ...rows };
+  const before = older && { sensor: drawn(older.sensor), legend: olderLegend(older.version) };
+  const bias = figureOf("bias", U.sensors.bias(sensorText(name)), sensor);
+  drawCurve(bias, own, rows?.rows ?? null, BIAS, WORDS.bias(unitText(sensor)), runLegend(rows?.rows ?? null, WORDS), WORDS, before);
+  card.append(headOf(title, judged), bias);
+  if (rows?.rows || rows?.fresh) {
+    const residuals = figureOf("residuals", U.sensors.residuals(sensorText(name)), sensor);
+    drawResiduals(residuals, own, unitText(sensor), WORDS);
+    card.append(residuals);
+  }
+  card.append(scalePart(name, sensor, own, rows, before), facts(sensor));
   return card;
 }

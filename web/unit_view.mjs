@@ -12,14 +12,19 @@ import { badge } from "./runs_view.mjs";
 import { sensorCard } from "./unit_curves.mjs";
 import { renderJudged } from "./unit_judged.mjs";
 import { badgesOf, nextOf, sensorText, sortedWarnings, U, verdictNow, verdictOf, verdictText, withSensors } from "./unit_words.mjs";
+import { WhenSeen } from "./when_seen.mjs";
 import { openCampaign, recordedNow } from "./words.mjs";
 
-const PARTS = ["unit-repair", "unit-verdict", "unit-next-box", "unit-facts", "unit-work", "unit-warnings-card", "unit-impact", "unit-gap", "unit-curves"];
+const PARTS = ["unit-repair", "unit-verdict", "unit-next-box", "unit-facts", "unit-work", "unit-warnings-card", "unit-impact", "unit-gap", "unit-curves", "unit-noise"];
 
 export class UnitView {
   #asked = null; // serial number that the address names
   #unit = null; // its document
   #older = null; // the document of the model beside the newest one
+  /** @type {Record<string, import("./documents.mjs").SensorRows>} */
+  #rows = {}; // the points of the newest model, once they are there
+  #points = new WhenSeen($("unit-curves"), (isLate) => this.#loadPoints(isLate));
+  #noise = new WhenSeen($("unit-noise"), async (isLate) => (await import("./unit_noise.mjs")).showNoise(this.#asked, isLate));
   #recorded = null; // what was recorded when the last status came
   /** @type {import("./unit_words.mjs").OpenCampaign | null} */
   #open = null; // the campaign that is not over yet
@@ -123,6 +128,7 @@ export class UnitView {
     this.#renderWarnings(unit);
     this.#unit = unit;
     this.#offerOlder(unit.model?.version ?? 0);
+    this.#wantMore();
     this.#renderCurves();
     this.#renderImpact();
     this.#gap.render(unit);
@@ -156,13 +162,41 @@ export class UnitView {
     this.#renderCurves();
   }
 
+  /** Points and noise belong to a model and to the runs that there are. */
+  #wantMore() {
+    const { unit, epoch, runs, newest_run_utc_s: newest, model } = this.#unit;
+    const key = JSON.stringify([unit, epoch, runs, newest, model?.version, model?.created_utc_s, this.#recorded]);
+    if (this.#points.want(model && key)) {
+      this.#rows = {};
+      say($("unit-points"), "");
+    }
+    this.#noise.want(key);
+  }
+
+  /** Whether they were found. */
+  async #loadPoints(isLate) {
+    say($("unit-points"), U.sensors.reading);
+    try {
+      const { unit, model } = this.#unit;
+      const { sensors } = await get(`model/rows?${new URLSearchParams({ unit, version: String(model.version) })}`);
+      if (isLate()) return true;
+      this.#rows = sensors;
+      say($("unit-points"), Object.values(sensors).every(({ rows }) => rows === null) ? U.sensors.noPoints : "");
+      this.#renderCurves();
+      return true;
+    } catch (error) {
+      if (!isLate()) tell($("unit-points"), [U.sensors.failed, { english: error.message }]);
+      return false;
+    }
+  }
+
   #renderCurves() {
     const { model, verification } = this.#unit;
     const holds = verdictNow(this.#unit) !== null;
     const judged = (name) => (holds ? (verification.job.result.sensors[name] ?? null) : null);
     const older = (name) => (this.#older?.sensors[name] ? { version: this.#older.version, sensor: this.#older.sensors[name] } : null);
     const sensors = Object.entries(model?.sensors ?? {});
-    $("unit-sensors").replaceChildren(...sensors.map(([name, sensor]) => sensorCard(name, sensor, judged(name), older(name))));
+    $("unit-sensors").replaceChildren(...sensors.map(([name, sensor]) => sensorCard(name, sensor, judged(name), older(name), this.#rows[name] ?? null)));
   }
 
   async #renderImpact() {

@@ -16,7 +16,6 @@
 #include "station/http/members.h"
 #include "station/io/host.h"
 #include "station/io/text.h"
-#include "station/nav/free_inertial.h"
 #include "station/release/release_rule.h"
 #include "station/report/fleet_overview.h"
 #include "station/report/unit_overview.h"
@@ -190,52 +189,6 @@ Result<json> answer_unit(RunArchive& runs, const JobRunner& jobs, const Paramete
   });
 }
 
-/// A version of a model as a parameter says it.
-Result<std::int32_t> version_in(const std::string& text) {
-  const auto version = base::parse_int(text);
-  if (!version || *version < 1 || *version > std::numeric_limits<std::int32_t>::max()) {
-    return base::bad_input("the version of a model is a whole number from 1 on", "version");
-  }
-  return static_cast<std::int32_t>(*version);
-}
-
-Result<json> answer_model(RunArchive& runs, const JobRunner& /*jobs*/, const Parameters& parameters) {
-  if (auto known = only_parameters(parameters, {"unit", "version"}); !known) return base::forward_error(known);
-  const auto serial = required(parameters, "unit", "a serial number");
-  if (!serial) return base::forward_error(serial);
-  const auto text = required(parameters, "version", "the version of a model");
-  if (!text) return base::forward_error(text);
-  const auto version = version_in(*text);
-  if (!version) return base::forward_error(version);
-  return runs.in_turn([&](const db::Catalog& catalog) { return model_overview(catalog, *serial, *version); });
-}
-
-Result<json> answer_impact(RunArchive& runs, const JobRunner& /*jobs*/, const Parameters& parameters) {
-  if (auto known = only_parameters(parameters, {"unit", "version"}); !known) return base::forward_error(known);
-  const auto serial = required(parameters, "unit", "a serial number");
-  if (!serial) return base::forward_error(serial);
-  std::optional<std::int32_t> asked;
-  const auto text = single(parameters, "version");
-  if (!text) return base::forward_error(text);
-  if (*text) {
-    const auto version = version_in(**text);
-    if (!version) return base::forward_error(version);
-    asked = *version;
-  }
-  std::optional<calib::Calibration> calibration;
-  auto answer = runs.in_turn([&](const db::Catalog& catalog) -> Result<json> {
-    auto model = calibration_of_model(catalog, *serial, asked);
-    if (!model) return base::forward_error(model);
-    calibration = std::move(model->calibration);
-    return json{{"unit", *serial}, {"model", model->version}};
-  });
-  if (!answer) return answer;
-  auto impact = runs.compute([&] { return Result<json>(impact_with_drives_json(*calibration)); });
-  if (!impact) return impact;
-  answer->emplace("impact", *std::move(impact));
-  return answer;
-}
-
 Result<json> answer_fleet(RunArchive& runs, const JobRunner& jobs, const Parameters& parameters) {
   if (auto known = only_parameters(parameters, {"type"}); !known) return base::forward_error(known);
   const auto type = required(parameters, "type", "a type of units, as /api/v1/units gives it");
@@ -342,9 +295,11 @@ Result<json> do_cancel(JobRunner& jobs, const json& body) {
 }  // namespace
 
 const std::vector<JobQuestion>& job_questions() {
-  static const std::vector<JobQuestion> questions = {
-      {"units", answer_units}, {"unit", answer_unit}, {"model", answer_model}, {"impact", answer_impact},
-      {"fleet", answer_fleet}, {"jobs", answer_jobs}, {"job", answer_job}};
+  static const std::vector<JobQuestion> questions = {{"units", answer_units},
+                                                     {"unit", answer_unit},
+                                                     {"fleet", answer_fleet},
+                                                     {"jobs", answer_jobs},
+                                                     {"job", answer_job}};
   return questions;
 }
 

@@ -25,6 +25,7 @@
 #include "station/http/metrics.h"
 #include "station/http/records_api.h"
 #include "station/http/runs_api.h"
+#include "station/http/units_api.h"
 #include "station/io/host.h"
 
 namespace soak::station {
@@ -87,7 +88,7 @@ struct HttpServer::Running {
     access.add_routes(listener);
     listener.Get(kApiPath + std::string("alive"), [this](const auto&, auto& response) { answer(response, alive()); });
     for (const ApiQuestion& question : api_questions()) add_question(question);
-    for (const auto* questions : {&run_questions(), &audit_questions()}) {
+    for (const auto* questions : {&run_questions(), &audit_questions(), &unit_questions()}) {
       for (const RunQuestion& question : *questions) {
         listener.Get(kApiPath + std::string(question.name), [this, &question](const auto& request, auto& response) {
           answer(response, question.answer(runs, request.params));

@@ -10,6 +10,7 @@
 #include "base/hash.h"
 #include "base/text.h"
 #include "station/http/web_files.h"
+#include "station/report/drawn_points.h"
 #include "station/report/html.h"
 #include "station/report/page_parts.h"
 
@@ -20,7 +21,8 @@ using html::member;
 using nlohmann::json;
 
 /// What web/report.mjs needs, each after what it imports.
-constexpr std::array<std::string_view, 5> kModules = {"format.mjs", "dom.mjs", "axes.mjs", "figure.mjs", "report.mjs"};
+constexpr std::array<std::string_view, 6> kModules = {"format.mjs",         "dom.mjs",   "axes.mjs", "figure.mjs",
+                                                      "sensor_figures.mjs", "report.mjs"};
 
 /// A module as part of one script: without its imports, which stand before it.
 std::string joined_module(std::string_view name) {
@@ -62,16 +64,22 @@ json rows_data(const json& rows) {
           {"points", columns(rows["points"], {"run", "sweep", "temp_c", "value", "residual", "shape_residual"})}};
 }
 
-json sensor_data(const json& sensor) {
-  const json& fit = sensor["fit"];
-  return {{"unit", html::unit_text(sensor["unit"].get<std::string>())},
-          {"limit", sensor["limit"]},
-          {"temp_min_c", fit["temp_min_c"]},
-          {"temp_max_c", fit["temp_max_c"]},
-          {"curve", columns(fit["curve"], {"temp_c", "bias", "ci95", "pi95", "scale_ppm", "scale_ci95_ppm"})},
+/// The points of a sensor; null where they cannot be had.
+json points_data(const json& sensor) {
+  return {{"limit", sensor["limit"]},
           {"rows", rows_data(sensor["rows"])},
           {"scale_rows", rows_data(sensor["scale_rows"])},
           {"fresh", rows_data(sensor["fresh"])}};
+}
+
+json sensor_data(const json& sensor) {
+  const json& fit = sensor["fit"];
+  json data = points_data(sensor);
+  data["unit"] = sensor["unit"];
+  data["temp_min_c"] = fit["temp_min_c"];
+  data["temp_max_c"] = fit["temp_max_c"];
+  data["curve"] = columns(fit["curve"], {"temp_c", "bias", "ci95", "pi95", "scale_ppm", "scale_ci95_ppm"});
+  return data;
 }
 
 }  // namespace
@@ -80,6 +88,12 @@ std::string figure(std::string_view chart, std::string_view of, const Caption& c
   return fmt::format(
       "<figure data-chart=\"{}\" data-of=\"{}\"{}>\n<figcaption><b>{}</b> <span>{}</span></figcaption>\n</figure>\n",
       chart, html::escaped(of), attributes, html::escaped(caption.title), html::escaped(caption.description));
+}
+
+json drawn_points(const json& sensors) {
+  json data = json::object();
+  for (const auto& [name, sensor] : sensors.items()) data[name] = rounded(points_data(sensor));
+  return data;
 }
 
 json figure_data(const json& sections) {

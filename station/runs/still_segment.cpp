@@ -11,6 +11,7 @@
 #include "calib/estimate/unit_input.h"
 #include "station/io/data_folder.h"
 #include "station/io/host.h"
+#include "station/runs/rest_record.h"
 #include "station/runs/signal_source.h"
 
 namespace soak::station {
@@ -36,18 +37,10 @@ base::Result<std::optional<StillSegment>> longest_still_segment(const db::Catalo
 
 base::Result<nlohmann::json> allan_at_rest(const db::Catalog& catalog, const StillSegment& still,
                                            calib::Sensor sensor) {
-  constexpr std::size_t kMostSamples = std::size_t{1} << 22U;
-  const RunPart part{{.unit = still.run.unit, .campaign = still.run.campaign, .run = still.run.run_id},
-                     still.segment.key.visit,
-                     still.segment.key.position};
-  auto record = read_run_signal(catalog, part, std::string(calib::name_of(sensor)));
+  const auto record = record_at_rest(catalog, still, sensor);
   if (!record) {
     if (record.error().kind == base::ErrorKind::corrupt) return base::forward_error(record);
     return nlohmann::json{{"reason", record.error().message}};
-  }
-  if (record->values.size() > kMostSamples) {
-    record->values.resize(kMostSamples);
-    record->t_s.resize(kMostSamples);
   }
   const auto document = calib::allan_json(*record, {});
   return document ? *document : nlohmann::json{{"reason", document.error().message}};

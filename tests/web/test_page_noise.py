@@ -77,6 +77,13 @@ class Noise(PageTest):
         self.station.tell("noise " + json.dumps(noise))
         self.station.set("/campaign/run", 3)
         self.see("#noise-reach", f"Averaging times reach {noise['tau_s'][-1]:.2g} s; for longer ones record a longer rest")
+        limit = "return document.querySelectorAll('#noise-chart .line.limit').length"
+        self.assertEqual(self.browser.run(limit), 0, "none is stated")
+        self.browser.click("label:has(> #noise-gyro)")
+        self.browser.wait(f"{limit} === 1")
+        # White noise of 0.5 °/s/√Hz has σ = 0.5/√(2τ); the legend is at the averaging time nearest to 1 s.
+        tau = min(noise["tau_s"], key=lambda tau_s: abs(tau_s - 1))
+        self.see("#noise-legend", f"allowed by the type {1000 * 0.5 / math.sqrt(2 * tau):.0f} m°/s")
         self.assertEqual(self.browser.console(), [])
 
     def test_the_noise_legend_says_the_values_at_one_second_and_at_the_cursor(self):

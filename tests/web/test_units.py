@@ -313,7 +313,7 @@ class Page(BrowserTest, WithStation):
         self.see("#unit-warnings", "simulated")
         self.see("#unit-release-why", "never verified")
         self.assertTrue(self.browser.run("return document.querySelector('#unit-release').disabled"))
-        bands = self.browser.run("return document.querySelectorAll('#unit-curves svg .band.ci95').length")
+        bands = self.browser.run("return document.querySelectorAll('#unit-curves figure[data-shows=bias] svg .band.ci95').length")
         self.assertEqual(bands, 6)
         self.expect_the_impact_of(SERIAL)
 
@@ -495,8 +495,8 @@ class Page(BrowserTest, WithStation):
         self.assertEqual(self.browser.run("return document.querySelectorAll('#unit-curves .older').length"), 0)
         self.browser.run("""const choice = document.querySelector('#unit-older'); choice.value = arguments[0];
             choice.dispatchEvent(new Event('change'));""", str(older["model"]["version"]))
-        self.browser.wait("return document.querySelectorAll('#unit-curves svg .line.older').length === 6")
-        self.assertEqual(self.browser.run("return document.querySelectorAll('#unit-curves svg .band.older').length"), 6)
+        self.browser.wait("return document.querySelectorAll('#unit-curves figure[data-shows=bias] svg .line.older').length === 6")
+        self.assertEqual(self.browser.run("return document.querySelectorAll('#unit-curves figure[data-shows=bias] svg .band.older').length"), 6)
         self.see("#unit-curves .sensor .legend", f"model {older['model']['version']}")
         ways = self.browser.run("""return ['.line.curve', '.line.older'].map((style) =>
             document.querySelector(`#unit-sensors > :nth-child(1) svg ${style}`).getAttribute('d').slice(1).split('L').map((p) => p.split(' ').map(Number)))""")
