@@ -109,9 +109,9 @@ export const text = {
   room: {
     title: "Der Raum",
     about: "Sind Prüflinge kälter als der Taupunkt des Raums, bildet sich Tau an ihnen, sobald die Tür aufgeht. Die Station lässt die Tür geschlossen und fährt die Kammer so, dass das nicht geschieht.",
-    dewPoint: "Taupunkt des Raums, °C",
+    dewPoint: "Taupunkt, °C",
     dewPointHint: "Ein Hygrometer zeigt ihn. Leer gelassen: 15 wird angenommen",
-    temp: "Temperatur des Raums, °C",
+    temp: "Temperatur, °C",
     tempHint: "Leer gelassen: 25",
     missing: "Der Taupunkt des Raums ist nicht angegeben: 15 °C wird angenommen. In einem feuchteren Raum kann sich Tau bilden, obwohl die Seite „Tür darf geöffnet werden“ sagt. Unter „Ort“ eingeben.",
   },

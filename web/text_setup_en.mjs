@@ -108,9 +108,9 @@ export const text = {
   room: {
     title: "The room",
     about: "Where units are colder than the dew point of the room, dew forms on them when the door opens. The station keeps the door closed and drives the chamber so that this does not happen.",
-    dewPoint: "Dew point of the room, °C",
+    dewPoint: "Dew point, °C",
     dewPointHint: "A hygrometer shows it. Left empty: 15 is assumed",
-    temp: "Temperature of the room, °C",
+    temp: "Temperature, °C",
     tempHint: "Left empty: 25",
     missing: "The dew point of the room is not stated: 15 °C is assumed. In a room that is more humid, dew can form although the page says “safe to open”. Enter it under Place.",
   },

@@ -50,7 +50,8 @@ class Entered {
   std::string secret(const std::string& member) {
     if (!has(member)) return "";
     auto value = text_member(object_, member, "");
-    if (!value) return refuse(value.error()), "";
+    if (!value) refuse(value.error());
+    if (!value) return "";
     const bool fits = value->size() <= kLongestSecret && (value->empty() || check_text_line(*value, member));
     if (!fits) refuse({base::ErrorKind::bad_input, "not one line of plain text, or a very long one", member});
     return fits ? *std::move(value) : std::string();

@@ -172,7 +172,11 @@ base::Result<hal::DeviceMap> entered_controller(std::string_view section, const 
 base::Result<std::vector<Slot>> entered_slots(const SetupForm& form) {
   if (const auto empty = empty_in_slots(form); !empty.empty()) return refused_first(empty.front());
   SetupForm devices = form;
-  for (EnteredSlot& slot : devices.slots) slot.power_output.reset(), slot.supply_v.reset(), slot.supply_limit_a.reset();
+  for (EnteredSlot& slot : devices.slots) {
+    slot.power_output.reset();  // [power] is not among the slots
+    slot.supply_v.reset();
+    slot.supply_limit_a.reset();
+  }
   const SetupText text = slots_text(devices);
   auto slots = parse_slots(text.toml, kPart);
   if (!slots) return refused_first(mistakes_of(slots.error(), kPart, text).front());
