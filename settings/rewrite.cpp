@@ -121,7 +121,8 @@ std::optional<Edit> edit_for(std::string_view text, const toml::table& root, con
 /// The text with the edits in it; they must not overlap.
 std::string edited(std::string_view text, std::vector<Edit> edits) {
   // What is put in stands before what begins there.
-  std::ranges::stable_sort(edits, {}, [](const Edit& edit) { return std::pair(edit.begin, edit.end); });
+  std::stable_sort(edits.begin(), edits.end(),
+                   [](const Edit& a, const Edit& b) { return std::pair(a.begin, a.end) < std::pair(b.begin, b.end); });
   std::string out;
   std::size_t at = 0;
   for (const Edit& edit : edits) {

@@ -194,7 +194,7 @@ base::Result<std::filesystem::path> add_procedure(const std::vector<std::filesys
   if (auto is_new = check_procedure_is_new(folders, name); !is_new) return base::forward_error(is_new);
   const std::filesystem::path& folder = folders.front();
   if (auto made = db::create_folders_durably(folder); !made) return base::forward_error(made);
-  const std::filesystem::path path = folder / (name + ".toml");
+  std::filesystem::path path = folder / (name + ".toml");
   const auto written = write_new_text_file(path, text);
   if (!written) return base::forward_error(written);
   if (!*written) return tl::unexpected(name_taken(name));
