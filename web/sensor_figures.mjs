@@ -10,7 +10,7 @@ export const HEIGHT = 340;
 /** What drawCurve() draws: keys of the curve and of its bands. */
 export const BIAS = ["bias", "ci95", "pi95"];
 export const SCALE = ["scale_ppm", "scale_ci95_ppm"];
-const LEAST_SPAN = 1e-9; // of the values themselves
+const LEAST_SPAN = 1e-7; // of the values themselves, which come with eight digits
 const RUN_COLOURS = 8;
 const MOST_IN_LEGEND = 12;
 const WIDEST_BAND = 3; // times what else there is to see: a wider band is cut off at the frame

@@ -122,8 +122,16 @@ class Curves(BrowserTest):
         self.assertEqual(self.browser.run("return document.querySelectorAll('#unit-noise-figures path.limit').length"), 0)
         self.assertEqual(self.browser.run("return document.querySelectorAll('#unit-noise-figures svg').length"), 2)
 
+    def test_a_model_of_one_temperature_whose_points_differ_by_their_rounding_alone_is_drawn(self):
+        # An axis over less than what a number can tell apart once had no end of ticks: nothing was drawn, here and in the report.
+        if self.soakd.get("unit", unit=STILL)["model"] is None:
+            self.soakd.soak("fit", "--unit", STILL)
+        self.open_at(STILL, "#unit-curves")
+        self.browser.wait("return document.querySelectorAll('#unit-curves figure[data-shows=residuals] svg').length === 4")  # X and Y were never up
+        self.assertEqual(self.browser.run("return document.querySelector('#unit-points').textContent"), "")
+
     def test_what_is_not_there_is_refused_by_name(self):
-        for path, parameters, where in (("model/rows", {"unit": STILL, "version": 1}, "version"), ("model/rows", {"unit": "nobody", "version": 1}, "unit"),
+        for path, parameters, where in (("model/rows", {"unit": STILL, "version": 99}, "version"), ("model/rows", {"unit": "nobody", "version": 1}, "unit"),
                                         ("unit/noise", {"unit": "nobody"}, "unit")):
             with self.assertRaises(urllib.error.HTTPError) as refused:
                 self.soakd.get(path, **parameters)
