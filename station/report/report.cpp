@@ -23,6 +23,7 @@
 #include "station/nav/free_inertial.h"
 #include "station/records/check_standard.h"
 #include "station/records/signing.h"
+#include "station/report/release_part.h"
 #include "station/report/runs_of_model.h"
 #include "station/runs/still_segment.h"
 
@@ -176,6 +177,17 @@ base::Result<calib::UnitInput> input_less_terms(const db::Catalog& catalog, cons
   return input;
 }
 
+/// Where no verdict holds the summary says why, and what the fresh runs said of the model all the same.
+void take_back_verdict(const std::string& why, json& summary) {
+  summary["no_verdict"] = why.empty() ? json() : json(why);
+  if (why.empty()) return;
+  const bool was_judged = summary["verdict"] != "info" && summary["verdict"] != "not_measured";
+  summary["sentence"] = fmt::format(
+      "No verdict holds: {}.{}", why,
+      was_judged ? " For information, of the model as it is: " + summary["sentence"].get<std::string>() : "");
+  summary["verdict"] = "info";
+}
+
 }  // namespace
 
 base::Result<json> report_document(const db::Catalog& catalog, const ReportRequest& request) {
@@ -204,6 +216,11 @@ base::Result<json> report_document(const db::Catalog& catalog, const ReportReque
   auto sections =
       calib::report_json({model->document, *fitted, *fresh, limits->limits, limits->source, *std::move(warnings)});
   if (!sections) return base::forward_error(sections);
+  const auto why = why_no_verdict(catalog, *unit, *model, *calibration);
+  if (!why) return base::forward_error(why);
+  take_back_verdict(*why, (*sections)["summary"]);
+  auto release = release_json(catalog, *model, request.created_utc_s);
+  if (!release) return base::forward_error(release);
   auto noise = request.with_noise ? noise_json(catalog, request.unit, model->epoch, request.progress)
                                   : base::Result<json>(no_noise("not asked for"));
   if (!noise) return base::forward_error(noise);
@@ -218,6 +235,7 @@ base::Result<json> report_document(const db::Catalog& catalog, const ReportReque
   (*sections)["noise"] = *std::move(noise);
   (*sections)["check_standards"] = *std::move(check_standards);
   (*sections)["records"] = std::move(records);
+  (*sections)["release"] = *std::move(release);
   (*sections)["provenance"] = *std::move(provenance);
   return json{{"unit", request.unit},
               {"model", model->version},
