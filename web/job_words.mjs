@@ -56,7 +56,7 @@ const isBeforeRepair = ({ model, epoch }) => model !== null && model.epoch !== e
 const isDataVoid = ({ verification, warnings }) => warnings.some(({ code }) => code === "voided_since") || (verification !== null && verification.stale !== null && !isAgain(verification.stale));
 
 /** A newer fit is told in other words. */
-const isAgain = (stale) => stale === "the unit was fitted again since";
+const isAgain = (stale) => /^the unit was fitted again since$/.test(stale);
 
 /** A report that was made after that has no verdict, and says why. */
 const saysSoItself = ({ kind, result }) => kind === "report" && result?.verdict === "info";

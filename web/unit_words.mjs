@@ -48,7 +48,7 @@ const curvesWith = (sensors, verdict) =>
 
 /** Whether a verification of the newest model is stored, as the rule of release sees it. */
 const wasVerified = ({ model, release }) =>
-  model.state !== "withdrawn" && release?.obstacles !== undefined && (release.obstacles.length > 0 || model.state !== "fitted") && !release.obstacles.some((text) => text.startsWith("it was never verified"));
+  model.state !== "withdrawn" && release?.obstacles !== undefined && (release.obstacles.length > 0 || model.state !== "fitted") && !release.obstacles.some((text) => /^it was never verified/.test(text));
 
 /**
  * Why the verdict is what it is, one sentence.

@@ -37,7 +37,7 @@ json step_into(const std::vector<db::ModelStateRow>& history, std::string_view s
 }  // namespace
 
 base::Result<std::string> why_no_verdict(const db::Catalog& catalog, const db::UnitRow& unit, const db::ModelRow& model,
-                                         const calib::Calibration& calibration) {
+                                         const calib::Calibration& calibration, const json& release) {
   const auto history = catalog.model_history(model.unit, model.version);
   if (!history) return base::forward_error(history);
   if (!history->empty() && history->back().state == "withdrawn") {
@@ -45,7 +45,14 @@ base::Result<std::string> why_no_verdict(const db::Catalog& catalog, const db::U
     return fmt::format("the model was withdrawn on {} by {}: {}", iso_date(step.utc_s), step.user, step.reason);
   }
   if (model.epoch != unit.epoch) return std::string("the unit was repaired or changed after this model");
-  return doubt_of(catalog, calibration);
+  auto doubt = doubt_of(catalog, calibration);
+  const json& last = release["verification"];
+  if (!doubt || !doubt->empty() || last.is_null()) return doubt;
+  const std::string campaign = last["campaign"];
+  const auto withdrawn = withdrawn_since_start(catalog, model.unit, campaign, last["utc_s"]);
+  if (!withdrawn) return base::forward_error(withdrawn);
+  if (!*withdrawn) return std::string();
+  return fmt::format("data of campaign {} were withdrawn after the model was verified with it", campaign);
 }
 
 base::Result<json> release_json(const db::Catalog& catalog, const db::ModelRow& model, double now_utc_s) {

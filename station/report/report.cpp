@@ -216,11 +216,11 @@ base::Result<json> report_document(const db::Catalog& catalog, const ReportReque
   auto sections =
       calib::report_json({model->document, *fitted, *fresh, limits->limits, limits->source, *std::move(warnings)});
   if (!sections) return base::forward_error(sections);
-  const auto why = why_no_verdict(catalog, *unit, *model, *calibration);
-  if (!why) return base::forward_error(why);
-  take_back_verdict(*why, (*sections)["summary"]);
   auto release = release_json(catalog, *model, request.created_utc_s);
   if (!release) return base::forward_error(release);
+  const auto why = why_no_verdict(catalog, *unit, *model, *calibration, *release);
+  if (!why) return base::forward_error(why);
+  take_back_verdict(*why, (*sections)["summary"]);
   auto noise = request.with_noise ? noise_json(catalog, request.unit, model->epoch, request.progress)
                                   : base::Result<json>(no_noise("not asked for"));
   if (!noise) return base::forward_error(noise);

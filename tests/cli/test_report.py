@@ -289,6 +289,15 @@ class Report(test_fit.FittedTest):
         self.assertRegex(document["sections"]["summary"]["no_verdict"], r"^the model was withdrawn on [\d-]{10} by ann: wrong fixture$")
         self.assertIn("withdrawn: not to be used", page.text)
 
+    def test_no_verdict_holds_once_data_of_its_verification_were_withdrawn_until_it_is_verified_again(self):
+        wide = self.limits(1.0, 1.0)
+        verify = ("verify", "--unit", SERIAL, "--campaign", "verification", "--limits", wide)
+        self.soak(*verify)
+        self.soak("runs", "void", "V01", "--campaign", "verification", "--visit", "1", "--reason", "knocked")
+        self.assertIn("data of campaign verification were withdrawn", self.report("--limits", wide)[0]["sections"]["summary"]["no_verdict"])
+        self.soak(*verify)
+        self.assertEqual(self.report("--limits", wide)[0]["sections"]["summary"]["no_verdict"], None)
+
     def test_a_certificate_says_who_verified_and_who_released(self):
         wide = self.limits(1.0, 1.0)
         document, page = self.report("--limits", wide)
@@ -309,7 +318,7 @@ class Report(test_fit.FittedTest):
             other = self.write(f"{campaign}.csv", "\n".join([lines[0], *(f"{line}1" for line in lines[1:])]) + "\n")  # no copy
             self.soak("import", other, "--unit", SERIAL, "--campaign", campaign, "--procedure", procedure, "--simulated", "--gravity-mps2", "9.80665")
         summary = self.report("--limits", self.limits(1.0, 1.0))[0]["sections"]["summary"]
-        self.assertIn("2 fresh runs (V01 of campaign check-2, V01 of campaign verification)", summary["sentence"])
+        self.assertIn("2 fresh runs (V01 of campaign verification, V01 of campaign check-2)", summary["sentence"])
         self.assertIn("R02 of campaign later", "".join(w["text"] for w in summary["warnings"] if w["code"] == "not_in_model"))
 
     def test_the_report_of_a_campaign_lists_its_units_with_verdicts_and_has_a_page_of_each(self):

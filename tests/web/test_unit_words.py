@@ -96,7 +96,7 @@ class Words(BrowserTest):
         def told(*campaigns, stopped=False, of=3, checks=()):
             return self.browser.run("""const [unit, open] = arguments; return import('/unit_words.mjs').then((words) =>
                 ({ ...words.nextOf(unit, open), chosen: words.campaignToVerifyWith(unit.verify_with, open)?.campaign }))""",
-                                    {**unit, "verify_with": campaigns}, {"name": "open", "of": of, "stopped": stopped, "checks": checks})
+                                    {**unit, "verify_with": campaigns}, {"name": "open", "of": of, "stopped": stopped, "checks": checks, "records": []})
         waits = told(campaign("open"))
         self.assertEqual((waits["kind"], waits["text"].split(".")[0]), (None, "Wait: campaign open still runs, 1 of 3 check runs recorded"))
         waits = told(campaign("open"), campaign("cold", "calibration"))
@@ -165,7 +165,7 @@ class Words(BrowserTest):
         for kind, role, text in (("release", "operator", by_engineer), ("export", "viewer", by_engineer), ("release", "engineer", "Do it."), ("release", None, "Do it."), ("fit", "operator", "Do it."),
                                  ("fit", "viewer", by_operator), (None, "viewer", "Do it.")):
             self.assertEqual(told(kind, role)["text"], text, (kind, role))
-        self.assertEqual(told(None, "viewer", link=link), {"kind": None, "text": by_operator})
+        self.assertEqual(told(None, "viewer", link=link), {"kind": None, "text": by_operator, "link": None})
         self.assertEqual(told(None, "operator", link=link)["link"], link)
 
     def test_a_released_model_that_only_a_new_fit_mends_is_not_to_be_verified_first(self):
