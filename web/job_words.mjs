@@ -43,8 +43,8 @@ const detailOf = ({ kind, format, effects, sign, result }) => {
   return made;
 };
 
-/** What a unit's document must say for what is asked here of a job of the unit. */
-/** @typedef {Pick<import("./documents.mjs").Unit, "epoch" | "model" | "verification" | "warnings">} Judged */
+/** What a unit's document says of its model, as it is asked here.
+ * @typedef {Pick<import("./documents.mjs").Unit, "epoch" | "model" | "verification" | "warnings">} Judged */
 
 /** Whether the newest model is of the unit before it was repaired or changed. */
 const isBeforeRepair = ({ model, epoch }) => model !== null && model.epoch !== epoch;
@@ -73,6 +73,13 @@ export function isVoid(job, unit) {
   if (model === null || job.state !== "done" || version !== model.version || saysSoItself(job)) return false;
   return isBeforeRepair(unit) || model.state === "withdrawn" || isDataVoid(unit);
 }
+
+/**
+ * The same of a job that says a verdict.
+ * @param {import("./documents.mjs").Job} job
+ * @param {Judged | null} unit
+ */
+export const isVerdictVoid = (job, unit) => ["verify", "verify_all", "report"].includes(job.kind) && isVoid(job, unit);
 
 /**
  * Which model a file was made from, and whether that is still the newest as it is now; "" where it was made from none.
