@@ -8,6 +8,9 @@ import { T } from "./text.mjs";
 /** Whether whoever is here may answer the station; known once it has said who that is. */
 export const mayOperate = () => document.body.dataset.role !== "viewer";
 
+/** The role of whoever is here; null at a station without accounts. */
+export const roleHere = () => document.body.dataset.role ?? null;
+
 /**
  * The account's name takes the place of the one that people enter, wherever a name goes into a record: the station writes no other. What the role may not do
  * the style sheet takes away by `data-needs`, whatever else shows or enables it.

@@ -4,7 +4,7 @@
 import { get, looksForJobs, post } from "./api.mjs";
 import { $, element, say, show, tell } from "./dom.mjs";
 import { clock } from "./format.mjs";
-import { endedText, madeFrom, runningText, verbOf } from "./job_words.mjs";
+import { endedText, isVerdictVoid, madeFrom, runningText, verbOf } from "./job_words.mjs";
 import { obstacleParts } from "./obstacle_words.mjs";
 import { badge } from "./runs_view.mjs";
 import { campaignToVerifyWith, isBeingChecked, nextOf, U, verdictOf } from "./unit_words.mjs";
@@ -253,12 +253,12 @@ export class JobPanel {
 
   /** Anew only where they say something else: somebody may be about to press a download. */
   #showEnded() {
-    const lines = this.#ended.map((job) => ({ job, from: madeFrom(job, this.#unit?.model ?? null, this.#unit?.verification ?? null) }));
+    const lines = this.#ended.map((job) => ({ job, from: madeFrom(job, this.#unit), isOver: isVerdictVoid(job, this.#unit) }));
     const judged = this.#unit?.verification ?? null;
-    const about = lines.map(({ job, from }) => `${job.id} ${from} ${verdictIn(job, judged)}`).join("\n");
+    const about = lines.map(({ job, from, isOver }) => `${job.id} ${from} ${isOver} ${verdictIn(job, judged)}`).join("\n");
     if (about === this.#lines) return;
     this.#lines = about;
-    $("unit-jobs").replaceChildren(...lines.map(({ job, from }) => jobLine(job, from, verdictIn(job, judged))));
+    $("unit-jobs").replaceChildren(...lines.map(({ job, from, isOver }) => jobLine(job, from, verdictIn(job, judged), isOver)));
   }
 
   #showRunning() {
@@ -278,14 +278,14 @@ const spoken = (job) => {
 /** What a job of all units said of this one, if that was the last verification; else null. */
 const verdictIn = ({ id, unit }, verification) => (unit === "" && verification?.job.id === id ? verification.job.result.verdict : null);
 
-/** `from`: as madeFrom() says; `verdict`: as verdictIn(). */
-function jobLine(job, from, verdict) {
+/** `from`: as madeFrom() says; `verdict`: as verdictIn(); `isOver`: it does not hold any more. */
+function jobLine(job, from, verdict, isOver) {
   const { title, badge: own, text } = endedText(job);
-  const mark = verdict === null ? own : { text: verdictOf(verdict).title, state: verdictOf(verdict).state };
+  const said = verdict === null ? own : { text: verdictOf(verdict).title, state: verdictOf(verdict).state };
+  const mark = isOver ? { text: U.jobs.voidSince(said.text), state: "waiting" } : said;
   const line = element("li", "");
   line.dataset.state = job.state;
-  const head = element("div", "");
-  head.className = "row";
+  const head = Object.assign(element("div", ""), { className: "row" });
   head.append(badge(mark), element("strong", title), Object.assign(element("span", `${clock(job.ended_utc_s ?? job.started_utc_s)}, ${job.user}`), { className: "why" }));
   if (job.file) {
     const link = element("a", U.jobs.download(job.file.name));

@@ -43,17 +43,59 @@ const detailOf = ({ kind, format, effects, sign, result }) => {
   return made;
 };
 
+/** What a unit's document says of its model, as it is asked here.
+ * @typedef {Pick<import("./documents.mjs").Unit, "epoch" | "model" | "verification" | "warnings">} Judged */
+
+/** Whether the newest model is of the unit before it was repaired or changed. */
+const isBeforeRepair = ({ model, epoch }) => model !== null && model.epoch !== epoch;
+
+/**
+ * Whether data were withdrawn that the last word on the newest model rests on.
+ * @param {Judged} unit
+ */
+const isDataVoid = ({ verification, warnings }) => warnings.some(({ code }) => code === "voided_since") || (verification !== null && verification.stale !== null && !isAgain(verification.stale));
+
+/** A newer fit is told in other words. */
+const isAgain = (stale) => /^the unit was fitted again since$/.test(stale);
+
+/** A report that was made after that has no verdict, and says why. */
+const saysSoItself = ({ kind, result }) => kind === "report" && result?.verdict === "info";
+
+/**
+ * Whether what a job said or made of a unit does not hold any more.
+ * @param {import("./documents.mjs").Job} job
+ * @param {Judged | null} unit
+ */
+export function isVoid(job, unit) {
+  const model = unit?.model ?? null;
+  const last = unit?.verification?.job;
+  const version = last?.id === job.id ? last.result.model : job.result?.model; // a verification of all units names none
+  if (model === null || job.state !== "done" || version !== model.version || saysSoItself(job)) return false;
+  return isBeforeRepair(unit) || model.state === "withdrawn" || isDataVoid(unit);
+}
+
+/**
+ * The same of a job that says a verdict.
+ * @param {import("./documents.mjs").Job} job
+ * @param {Judged | null} unit
+ */
+export const isVerdictVoid = (job, unit) => ["verify", "verify_all", "report"].includes(job.kind) && isVoid(job, unit);
+
 /**
  * Which model a file was made from, and whether that is still the newest as it is now; "" where it was made from none.
  * @param {import("./documents.mjs").Job} job
- * @param {import("./documents.mjs").Model | null} newest
- * @param {import("./documents.mjs").Kept | null} verification the last one of that
+ * @param {Judged | null} unit
  */
-export function madeFrom({ kind, state, result, started_utc_s: started }, newest, verification = null) {
+export function madeFrom(job, unit) {
+  const { kind, state, result, started_utc_s: started } = job;
+  const newest = unit?.model ?? null;
+  const verification = unit?.verification ?? null;
   const version = result?.model ?? null;
   if (state !== "done" || version === null || (kind !== "report" && kind !== "export")) return "";
+  if (unit !== null && isBeforeRepair(unit) && !saysSoItself(job)) return U.jobs.madeBeforeRepair(version);
   if (newest !== null && newest.version !== version) return U.jobs.madeFromOlder(version, newest.version);
   if (newest?.state === "withdrawn") return U.jobs.madeFromWithdrawn(version);
+  if (isVoid(job, unit)) return U.jobs.madeBeforeVoid(version);
   const verdict = verification?.stale === null && verification.job.started_utc_s > started ? verification.job.result.verdict : "pass";
   if (verdict !== "pass") return U.jobs.madeBeforeVerdict(version, verdictOf(verdict).title);
   const isMarked = result.unreleased === true;

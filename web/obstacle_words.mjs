@@ -22,7 +22,7 @@ function runsOf(text) {
 const KNOWN = [
   [/^it was never verified: /, () => U.obstacles.neverVerified],
   [/^its last verification, against campaign '(.*)', says (\w+), not pass: /, ([campaign, verdict]) => U.obstacles.notPassed(campaign, verdictOf(verdict).title)],
-  [/^runs for calibration are not in it: (.*): fit again with all, or void them$/, ([runs]) => U.obstacles.leftOut(runsOf(runs))],
+  [/^runs for calibration are not in it: (.*): fit again with all of them$/, ([runs]) => U.obstacles.leftOut(runsOf(runs))],
   [/^it belongs to epoch (\d+), the unit is in epoch (\d+): fit again$/, () => U.obstacles.beforeRepair],
   [/^(\d+) of the runs that it was fitted to are withdrawn or not in this data folder: fit again$/, ([count]) => U.obstacles.gone(count)],
   [/^runs of campaign '(.*)' were withdrawn after it was verified against them: verify it again$/, ([campaign]) => U.obstacles.checkWithdrawn(campaign)],

@@ -50,6 +50,7 @@ export const text = {
   why: {
     noModel: "There is no model of this unit yet.",
     notVerified: (version) => `Model ${version} has not been verified here.`,
+    verifiedElsewhere: (version) => `Model ${version} was verified, but not from this page: its numbers are in its report.`,
     by: (version, campaign, user) => `Model ${version} against campaign ${campaign}, by ${user}`,
     /** @returns {import("./dom.mjs").Part[]} */
     stale: (why, verdict, by) => ["The last verification does not hold any more: ", { english: why }, `. It was ${verdict}: ${by}.`],
@@ -63,6 +64,15 @@ export const text = {
     recordRuns: (campaign, runs, of) => `Wait: campaign ${campaign} still records it. ${runs}${of === null ? "" : ` of ${of}`} ${plural(of ?? runs, { one: "run", other: "runs" })} recorded so far; fit it when the campaign has ended.`,
     /** @type {(campaign: string, runs: number, of: number | null) => string} the same of one that somebody has to resume */
     recordStopped: (campaign, runs, of) => `Campaign ${campaign}, which records it, has stopped, ${runs}${of === null ? "" : ` of ${of}`} ${plural(of ?? runs, { one: "run", other: "runs" })} recorded: resume it on Station, then fit.${runs === 0 ? "" : " Fit below uses the runs that are there."}`,
+    /** @type {(campaign: string, runs: number, of: number | null) => string} of a model that was fitted before its campaign is over */
+    moreRuns: (campaign, runs, of) => `Wait: campaign ${campaign} still records it, ${runs}${of === null ? "" : ` of ${of}`} ${plural(of ?? runs, { one: "run", other: "runs" })} so far. When it has ended, fit again with all runs, then verify and release.`,
+    /** @type {(campaign: string, runs: number, of: number | null) => string} the same of one that somebody has to resume */
+    moreRunsStopped: (campaign, runs, of) => `Campaign ${campaign}, which records it, has stopped, ${runs}${of === null ? "" : ` of ${of}`} ${plural(of ?? runs, { one: "run", other: "runs" })} recorded: resume it on Station. Then fit again with all runs, verify and release.`,
+    /** In front of what the station says is wrong. */
+    fitAgain: "Do not hand it over. Fit it again, then verify and release it:",
+    /** Behind what only some roles may do. */
+    byEngineer: "An engineer does that; your account may not.",
+    byOperator: "An operator or an engineer does that; your account only looks.",
     changed: "Record it as it is now with a calibration procedure, then fit it: it was repaired or changed after this model.",
     changedFit: "Fit it again: it was repaired or changed after this model, and runs of it as it is now are there.",
     withdrawn: "Fit it again: data of this model were withdrawn.",
@@ -96,7 +106,7 @@ export const text = {
     neverVerified: "it was never verified",
     notPassed: (campaign, verdict) => `its last verification, against campaign ${campaign}, says ${verdict}`,
     /** `runs`: [label, campaign] of each */
-    leftOut: (runs) => `runs for calibration are not in it: ${runs.map(([label, campaign]) => `${label} of campaign ${campaign}`).join(", ")}: fit again with all, or void them`,
+    leftOut: (runs) => `runs for calibration are not in it: ${runs.map(([label, campaign]) => `${label} of campaign ${campaign}`).join(", ")}: fit again with all of them`,
     beforeRepair: "it is of the unit before it was repaired or changed: record it again, then fit it",
     gone: (count) => `${count} of the runs that it was fitted to were withdrawn or are gone: fit again`,
     checkWithdrawn: (campaign) => `runs of campaign ${campaign} were withdrawn after it was verified against them: verify it again`,
@@ -215,6 +225,10 @@ export const text = {
     made: (version) => `; made model ${version}`,
     madeFrom: (version) => `Made from model ${version}.`,
     madeBeforeVerdict: (version, verdict) => `Made from model ${version} before its last verification, which says ${verdict}: make it again before you use it.`,
+    madeBeforeRepair: (version) => `Made from model ${version}, of the unit before it was repaired or changed: void since, do not use it.`,
+    madeBeforeVoid: (version) => `Made from model ${version}. Data that this rests on were withdrawn since: void, do not use it.`,
+    /** A verdict that does not hold any more. */
+    voidSince: (verdict) => `${verdict}, void since`,
     madeFromOlder: (version, newest) => `Made from model ${version}; the newest is ${newest}.`,
     madeFromWithdrawn: (version) => `Made from model ${version}, which is withdrawn: do not use it.`,
     madeBeforeRelease: (version) => `Made from model ${version} before that was released: the file is marked as not released.`,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // One unit: its verdict, what is to be done next, its curves, and the jobs that do it.
 
+import { roleHere } from "./account.mjs";
 import { get } from "./api.mjs";
 import { $, element, english, say, show, tell } from "./dom.mjs";
 import { clock, dayText } from "./format.mjs";
@@ -11,7 +12,7 @@ import { RepairDialog } from "./repair_dialog.mjs";
 import { badge } from "./runs_view.mjs";
 import { sensorCard } from "./unit_curves.mjs";
 import { renderJudged } from "./unit_judged.mjs";
-import { badgesOf, nextOf, sensorText, sortedWarnings, U, verdictNow, verdictOf, verdictText, withSensors } from "./unit_words.mjs";
+import { badgesOf, nextForRole, nextOf, sensorText, sortedWarnings, U, verdictNow, verdictOf, verdictText, withSensors } from "./unit_words.mjs";
 import { WhenSeen } from "./when_seen.mjs";
 import { openCampaign, recordedNow } from "./words.mjs";
 
@@ -81,7 +82,7 @@ export class UnitView {
   #offer() {
     const unit = this.#unit;
     if (unit === null || unit.unit !== this.#asked) return;
-    const next = nextOf(unit, this.#open);
+    const next = nextForRole(nextOf(unit, this.#open), roleHere());
     $("unit-next").replaceChildren(next.text, ...(next.link ? [" ", Object.assign(element("a", next.link.text), { href: next.link.address })] : []),
       ...(next.why ? [" ", ...obstacleParts(next.why).map((part) => (typeof part === "string" ? part : english(part.english)))] : []));
     this.#jobs.offer(unit, this.#open);

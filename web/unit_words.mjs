@@ -46,6 +46,10 @@ function nearestText(result, model) {
 const curvesWith = (sensors, verdict) =>
   Object.entries(sensors).filter(([, sensor]) => sensor.verdict === verdict).map(([name]) => sensorText(name)).join(", ");
 
+/** Whether a verification of the newest model is stored, as the rule of release sees it. */
+const wasVerified = ({ model, release }) =>
+  model.state !== "withdrawn" && release?.obstacles !== undefined && (release.obstacles.length > 0 || model.state !== "fitted") && !release.obstacles.some((text) => /^it was never verified/.test(text));
+
 /**
  * Why the verdict is what it is, one sentence.
  * @param {import("./documents.mjs").Unit} unit
@@ -54,7 +58,7 @@ const curvesWith = (sensors, verdict) =>
 export function verdictText(unit) {
   const { model, verification } = unit;
   if (model === null) return [U.why.noModel];
-  if (verification === null) return [U.why.notVerified(model.version)];
+  if (verification === null) return [wasVerified(unit) ? U.why.verifiedElsewhere(model.version) : U.why.notVerified(model.version)];
   const { job, stale } = verification;
   const by = U.why.by(job.result.model, job.campaign, job.user);
   if (stale !== null) return U.why.stale(stale, verdictOf(job.result.verdict).title, by);
@@ -155,6 +159,34 @@ function nextOfRecorded({ to_fit: runs }, { name, of, stopped }) {
 }
 
 /**
+ * While a campaign is open that records the unit for a fit, though it has a model already: that would lack the runs to come.
+ * @param {import("./documents.mjs").Unit} unit
+ * @param {OpenCampaign} open
+ */
+function nextOfMoreRuns({ to_fit: runs }, { name, of, stopped }) {
+  if (!stopped) return { kind: null, text: U.next.moreRuns(name, runs, of) };
+  return { kind: null, text: U.next.moreRunsStopped(name, runs, of), link: { text: U.next.toStation, address: "#station" } };
+}
+
+/** Those in the way of a release that only a new fit settles. */
+const toFitAgain = ({ release }) => (release?.obstacles ?? []).filter((text) => /: fit again( with all of them)?$/.test(text));
+
+const BY_ENGINEER = ["release", "export"];
+
+/**
+ * What is to be done next, as it is told to somebody of a role: who does it, where that is somebody else.
+ * @template {{kind: string | null, text: string, link?: {text: string, address: string}}} Next
+ * @param {Next} next as nextOf() says
+ * @param {string | null} role null: the station has no accounts
+ * @returns {Next}
+ */
+export function nextForRole(next, role) {
+  if (BY_ENGINEER.includes(next.kind) && role !== null && role !== "engineer") return { ...next, text: `${next.text} ${U.next.byEngineer}` };
+  const isWork = next.kind !== null || next.link?.address === "#station";
+  return isWork && role === "viewer" ? { ...next, text: `${next.text} ${U.next.byOperator}`, link: undefined } : next;
+}
+
+/**
  * Whether the campaign that is open records the first check runs of the unit.
  * @param {import("./documents.mjs").Unit} unit
  * @param {OpenCampaign | null} open
@@ -171,12 +203,14 @@ export const isBeingChecked = ({ unit, verify_with }, open) =>
  */
 export function nextOf(unit, open = null) {
   const { model, verify_with } = unit;
-  if (model === null && open?.records.includes(unit.unit)) return nextOfRecorded(unit, open);
+  if (open?.records.includes(unit.unit)) return model === null || model.epoch !== unit.epoch ? nextOfRecorded(unit, open) : nextOfMoreRuns(unit, open);
   if (model === null && unit.to_fit === 0) return { kind: null, text: U.next.record };
   if (model === null) return { kind: "fit", text: U.next.fit };
   if (model.epoch !== unit.epoch) return unit.to_fit > 0 ? { kind: "fit", text: U.next.changedFit } : { kind: null, text: U.next.changed, link: { text: U.next.newCampaign, address: "#station" } };
   if (model.state === "withdrawn") return { kind: "fit", text: U.next.retired };
   if (unit.warnings.some(({ code }) => code === "voided_since")) return { kind: "fit", text: U.next.withdrawn };
+  const wrong = model.state === "released" ? toFitAgain(unit) : [];
+  if (wrong.length > 0 && unit.to_fit > 0) return { kind: "fit", text: U.next.fitAgain, why: wrong };
   const verdict = verdictNow(unit);
   if (verdict === null && isBeingChecked(unit, open)) return nextOfOpen({ campaign: open.name, runs: 0 }, open);
   if (verdict === null && verify_with.length > 0) {

@@ -107,6 +107,7 @@ json curve_verification_json(const CurveVerification& curve, Verdict verdict, do
           {"rmse_abs", known(curve, curve.rmse_abs * factor)},
           {"rmse_shape", known(curve, curve.rmse_shape * factor)},
           {"guard", known(curve, curve.guard * factor)},
+          {"guard_factor", known(curve, curve.guard_factor)},
           {"covered", curve.covered},
           {"inside_pi95", curve.fresh_band ? json(curve.fresh_band->inside) : json()},
           {"inside_ci95", curve.shape_band ? json(curve.shape_band->inside) : json()}};
@@ -125,6 +126,16 @@ std::vector<std::string> labels_of(const UnitInput& input) {
   std::vector<std::string> labels;
   for (const RunInput& run : input.runs) labels.push_back(run.label);
   return labels;
+}
+
+/// Labels, each with its campaign where there is more than one: V01 may be in both.
+std::vector<std::string> run_names(const UnitInput& input) {
+  const bool one =
+      std::ranges::all_of(input.runs, [&](const RunInput& run) { return run.campaign == input.runs.front().campaign; });
+  if (one) return labels_of(input);
+  std::vector<std::string> names;
+  for (const RunInput& run : input.runs) names.push_back(fmt::format("{} of campaign {}", run.label, run.campaign));
+  return names;
 }
 
 /// Rows of runs, or none with a warning that says why.
@@ -194,7 +205,7 @@ json sensors_json(const Sources& from) {
 json summary_json(const Sources& from, WarningList warnings) {
   const Calibration& calibration = from.calibration;
   const VerdictSentence verdict =
-      verdict_sentence(from.fit, from.input.limits_source.has_value(), from.verification, labels_of(from.input.fresh));
+      verdict_sentence(from.fit, from.input.limits_source.has_value(), from.verification, run_names(from.input.fresh));
   return {{"unit_type", calibration.unit_type},
           {"epoch", calibration.epoch},
           {"model_created_utc_s", calibration.created_utc_s},

@@ -76,7 +76,7 @@ base::Status add_withdrawn(const db::Catalog& catalog, ReleaseCase& release) {
         "{} of the runs that it was fitted to are withdrawn or not in this data folder: fit again", runs->gone));
   }
   if (!runs->left_out.empty()) {
-    release.obstacles.push_back(fmt::format("runs for calibration are not in it: {}: fit again with all, or void them",
+    release.obstacles.push_back(fmt::format("runs for calibration are not in it: {}: fit again with all of them",
                                             fmt::join(runs->left_out, ", ")));
   }
   return {};

@@ -77,10 +77,30 @@ std::string body(const json& document) {
   }
   html += terms_part(html::member(sections, "terms"));
   html += couplings_part(sections["couplings"]);
-  html += impact_part(html::member(sections, "impact"), document["unit"].get<std::string>());
+  html += impact_part(html::member(sections, "impact"));
   html += noise_part(sections["noise"]);
   html += check_part(sections["check_standards"]) + records_part(sections["records"]);
   return html + provenance_part(document) + std::string(kHowToRead);
+}
+
+/// A text as a string of CSS: what is neither letter nor digit by its number, so that nothing ends the string or the
+/// element that it is in.
+std::string css_string(std::string_view text) {
+  std::string css = "\"";
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    const bool plain = byte >= 0x80 || (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
+    css += plain ? std::string(1, c) : fmt::format("\\{:x} ", byte == 0 ? 0xfffd : static_cast<unsigned>(byte));
+  }
+  return css + "\"";
+}
+
+/// The foot of every printed page: what it is of, and its number.
+std::string running_foot(const std::string& text) {
+  return fmt::format(
+      "@page{{@bottom-left{{font:8pt sans-serif;content:{}}}@bottom-right{{font:8pt sans-serif;content:\"page \" "
+      "counter(page) \" of \" counter(pages)}}}}",
+      css_string(text));
 }
 
 }  // namespace
@@ -92,11 +112,11 @@ std::string page_frame(const Frame& frame, std::string_view body, const json& da
       "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'; "
       "img-src data:; script-src {}\">\n"
       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<link rel=\"icon\" "
-      "href=\"data:,\">\n<title>{}</title>\n<style>{}{}</style>\n</head>\n<body>\n{}<main>\n{}{}"
+      "href=\"data:,\">\n<title>{}</title>\n<style>{}{}{}</style>\n</head>\n<body>\n{}<main>\n{}{}"
       "<footer>{}, {}</footer>\n</main>\n{}</body>\n</html>\n",
       script.policy, html::escaped(frame.title), find_web_file("colours.css")->content,
-      find_web_file("report.css")->content, frame.simulated ? kSimulatedBar : "", kWithoutScript, body,
-      html::escaped(frame.software), html::date_time(frame.created_utc_s), script.html);
+      find_web_file("report.css")->content, running_foot(frame.running), frame.simulated ? kSimulatedBar : "",
+      kWithoutScript, body, html::escaped(frame.software), html::date_time(frame.created_utc_s), script.html);
 }
 
 std::string overview_part(const json& sensors) {
@@ -122,7 +142,8 @@ std::string overview_part(const json& sensors) {
 std::string report_page(const json& document) {
   const Frame frame = {title_of(document), document["software"].get<std::string>(),
                        document["created_utc_s"].get<double>(),
-                       document["sections"]["summary"]["simulated"].get<bool>()};
+                       document["sections"]["summary"]["simulated"].get<bool>(),
+                       "Calibration certificate " + certificate_number(document)};
   return page_frame(frame, body(document), figure_data(document["sections"]));
 }
 

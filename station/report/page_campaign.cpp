@@ -91,13 +91,13 @@ std::string campaign_page(const CampaignReport& report) {
   body += units_verdict(units) + units_table(units);
   body +=
       "<p class=\"soft\">Each unit is judged by its newest model, as in its own report, which has the curves and where "
-      "every number comes from (<code>soak report --unit</code>).</p></section>\n";
+      "every number comes from.</p></section>\n";
   for (std::size_t i = 0; i < report.units.size(); ++i) {
     if (!report.units[i].is_null()) body += certificate_part(report.units[i], section_id(i), "h2");
   }
   // The bar and the watermark would be on the certificates of real units too: each certificate has its own mark.
   const Frame frame = {"Calibration report, campaign " + campaign, document["software"].get<std::string>(),
-                       document["created_utc_s"].get<double>(), false};
+                       document["created_utc_s"].get<double>(), false, "Calibration report, campaign " + campaign};
   return page_frame(frame, body, json::object());
 }
 

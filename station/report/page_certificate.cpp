@@ -32,13 +32,6 @@ constexpr std::size_t kLongestAside = 60;
 constexpr std::string_view kSimulatedMark =
     "<p class=\"simulated-mark\">SIMULATED DATA: not measured on a real unit</p>\n";
 
-std::string verdict_word(const std::string& verdict) {
-  std::string word = verdict == "info" ? "not judged" : verdict;
-  std::ranges::replace(word, '_', ' ');
-  std::ranges::transform(word, word.begin(), [](char c) { return c >= 'a' && c <= 'z' ? char(c - 32) : c; });
-  return html::escaped(word);
-}
-
 // ---- verdicts ----
 
 /// `verdict` null: no fresh run said anything; `limited`: there is a limit to be judged by.
@@ -53,16 +46,28 @@ html::Cell bias_verdict_cell(const json& sensor) {
   return verdict_cell(member(member(sensor["verification"], "bias"), "verdict"), !sensor["limit"].is_null());
 }
 
-/// The worst of bias and scale.
-html::Cell sensor_verdict_cell(const json& sensor) {
-  const bool limited = !sensor["limit"].is_null() || !sensor["scale_limit_ppm"].is_null();
-  return verdict_cell(member(sensor["verification"], "verdict"), limited);
+/// A file without a curve of the scale says nothing of it.
+html::Cell scale_verdict_cell(const json& sensor) {
+  if (!member(sensor["fit"], "scale_deployed").is_string()) return {.html = "scale not known", .style = "nowrap"};
+  return verdict_cell(member(member(sensor["verification"], "scale"), "verdict"), !sensor["scale_limit_ppm"].is_null());
 }
 
-std::string verdict_table(const json& sensors) {
+/// "± 0.012 (k = 2.1)": the largest U of an error.
+html::Cell uncertainty_cell(const json& sensor) {
+  const json& bias = member(sensor["verification"], "bias");
+  const json& guard = member(bias, "guard");
+  if (!guard.is_number()) return html::number_cell(json());
+  const json& factor = member(bias, "guard_factor");
+  const std::string k = factor.is_number() ? fmt::format(" (k = {:.2f})", factor.get<double>()) : "";
+  return html::html_cell("± " + html::number(guard) + k, true);
+}
+
+/// `holds`: there may be a verdict.
+std::string verdict_table(const json& sensors, bool holds) {
+  const html::Cell none{.html = "not judged", .style = "nowrap"};
   html::Table table("Verdict, sensor by sensor",
-                    {"sensor", "bias verdict", "verdict with scale", "worst fresh error of bias", "limit of bias",
-                     "95 % of fresh power-ons", "range, °C"},
+                    {"sensor", "bias verdict", "scale verdict", "worst fresh error of bias", "largest U, 95 %",
+                     "limit of bias", "95 % of fresh power-ons", "range, °C"},
                     html::Narrow::stacks);
   for (const std::string_view name : calib::kSensorNames) {
     const json& sensor = member(sensors, name);
@@ -73,9 +78,10 @@ std::string verdict_table(const json& sensors) {
     const json pi95 = largest(fit["curve"], "pi95");
     table.row(
         {{.html = html::escaped(name) + ", " + html::unit_text(sensor["unit"].get<std::string>()), .heading = true},
-         bias_verdict_cell(sensor),
-         sensor_verdict_cell(sensor),
+         holds ? bias_verdict_cell(sensor) : none,
+         holds ? scale_verdict_cell(sensor) : none,
          html::number_cell(member(member(sensor["verification"], "bias"), "worst_abs")),
+         uncertainty_cell(sensor),
          html::number_cell(sensor["limit"]),
          html::html_cell(pi95.is_null() ? "–" : "± " + html::number(pi95), true),
          html::html_cell(range, true)});
@@ -251,11 +257,6 @@ std::string basis_facts(const json& document) {
 
 }  // namespace
 
-std::string verdict_line(const std::string& verdict, const std::string& sentence) {
-  return fmt::format("<p class=\"verdict {}\"><b>{}</b>{}</p>\n", html::escaped(verdict), verdict_word(verdict),
-                     html::escaped(sentence));
-}
-
 json largest(const json& curve, const char* key) {
   double value = 0.0;
   for (const json& point : curve) {
@@ -269,20 +270,21 @@ std::string certificate_part(const json& document, std::string_view id, std::str
   const json& sections = document["sections"];
   const json& summary = sections["summary"];
   std::string html = fmt::format(
-      "<section id=\"{0}\" class=\"certificate\">\n<p class=\"brand\">Soak calibration report</p>\n<{1}>Unit "
+      "<section id=\"{0}\" class=\"certificate\">\n<p class=\"brand\">Calibration certificate</p>\n<{1}>Unit "
       "{2}</{1}>\n",
       id, heading, html::text_of(document, "unit"));
   const bool alone_on_page = heading == "h1";
   // Of a page of its own the frame says it.
   if (!alone_on_page && summary["simulated"].get<bool>()) html += kSimulatedMark;
   html += verdict_line(summary["verdict"], summary["sentence"]);
-  html += verdict_table(sections["sensors"]);
+  html += certificate_facts(document);
+  html += verdict_table(sections["sensors"], member(summary, "no_verdict").is_null());
   html +=
-      "<p class=\"soft\">A limit is judged on fresh runs that no fit has seen, with a guard band of the 95 % "
-      "uncertainty of each estimate (JCGM 106). The verdict on the sensor is the worst of bias and scale. Without a "
-      "limit nothing passes.</p>\n";
+      "<p class=\"soft\">A limit is judged on fresh runs that no fit has seen: error and expanded uncertainty U = k u "
+      "(95 %) together must be within it (JCGM 106). Where the scale of a sensor is not known nothing is said of it. "
+      "Without a limit nothing passes.</p>\n";
   html += basis_facts(document);
-  return html + warnings_part(summary, alone_on_page) + "</section>\n";
+  return html + warnings_part(summary, alone_on_page) + signature_part() + "</section>\n";
 }
 
 std::string more_warnings_part(const json& summary) {

@@ -55,10 +55,8 @@ std::string drives_table(const json& drives) {
 }
 
 /// Where they could not be simulated a warning says why.
-std::string drives_part(const json& impact, const std::string& unit) {
+std::string drives_part(const json& impact) {
   const json& drives = impact["drives"];
-  const std::string more = fmt::format(
-      "<p>Each outage, and more pipelines: <code>soak nav impact --unit {}</code>.</p>\n", html::escaped(unit));
   if (drives.is_null()) {
     const bool told = std::ranges::any_of(
         impact["warnings"], [](const json& warning) { return warning["code"] == "drives_not_simulated"; });
@@ -69,17 +67,17 @@ std::string drives_part(const json& impact, const std::string& unit) {
   return fmt::format(
              "<p>With a navigation filter and satellite navigation until the outage: {} outages of {} s on {} "
              "simulated "
-             "drives with this unit's curves, the temperature going the same way; other errors are those of an "
-             "AHRS400CA.</p>\n",
+             "drives with this unit's curves, the temperature going the same way. Errors that no calibration of the "
+             "temperature removes, such as noise, are assumed, the same for every unit.</p>\n",
              drives["outages"].get<int>(), html::number(drives["length_s"].get<double>(), 0),
              drives["drives"].get<int>()) +
          drives_table(drives) +
-         fmt::format("<p>Gain at the end of an outage: {} %.</p>\n", with_interval(drives["gain"], 100.0, 0)) + more;
+         fmt::format("<p>Gain at the end of an outage: {} %.</p>\n", with_interval(drives["gain"], 100.0, 0));
 }
 
 }  // namespace
 
-std::string impact_part(const json& impact, const std::string& unit) {
+std::string impact_part(const json& impact) {
   std::string html(kHeading);
   if (!impact.is_object()) {
     return html + "<p>Not known: the sensors were not calibrated at two common temperatures.</p></section>\n";
@@ -92,7 +90,7 @@ std::string impact_part(const json& impact, const std::string& unit) {
       html::number(impact["from_c"].get<double>(), 1), html::number(impact["to_c"].get<double>(), 1));
   html += drift_table(impact["free_inertial"]);
   for (const json& warning : impact["warnings"]) html += "<p>" + html::text_of(warning, "text") + ".</p>\n";
-  return html + drives_part(impact, unit) + "</section>\n";
+  return html + drives_part(impact) + "</section>\n";
 }
 
 }  // namespace soak::station

@@ -13,6 +13,7 @@ struct Frame {
   std::string software;  ///< that made the page; escaped here
   double created_utc_s = 0.0;
   bool simulated = false;  ///< a bar and a watermark say so
+  std::string running{};   ///< at the foot of every printed page, beside its number; empty: the number alone
 };
 
 /// A whole page that needs nothing else: no font, no picture, no script but its own; a content security policy forbids
@@ -51,6 +52,14 @@ struct Script {
 /// "h1", or "h2" where it is one of several on a page; simulated data are then marked here, not by the page.
 [[nodiscard]] std::string certificate_part(const nlohmann::json& document, std::string_view id,
                                            std::string_view heading);
+/// What tells a certificate from others: serial number, version of the model, date; not escaped.
+[[nodiscard]] std::string certificate_number(const nlohmann::json& document);
+/// Laboratory, number, who verified and who released, until when; a line to be filled in for what is not known.
+[[nodiscard]] std::string certificate_facts(const nlohmann::json& document);
+/// Lines for date, name and signature.
+[[nodiscard]] std::string signature_part();
+/// "NOT JUDGED" for "info": a verdict as it is read; escaped.
+[[nodiscard]] std::string verdict_word(const std::string& verdict);
 /// A verdict and why, as it stands above everything else; texts are escaped here.
 [[nodiscard]] std::string verdict_line(const std::string& verdict, const std::string& sentence);
 /// The warnings with their remedies that the certificate has no room for, those with advice that ask for nothing among
@@ -64,9 +73,8 @@ struct Script {
 [[nodiscard]] std::string terms_part(const nlohmann::json& terms);
 /// Misalignment and g-sensitivity.
 [[nodiscard]] std::string couplings_part(const nlohmann::json& couplings);
-/// Position errors without satellite navigation, with and without the calibration; null: they are not known. `unit`:
-/// serial number.
-[[nodiscard]] std::string impact_part(const nlohmann::json& impact, const std::string& unit);
+/// Position errors without satellite navigation, with and without the calibration; null: they are not known.
+[[nodiscard]] std::string impact_part(const nlohmann::json& impact);
 /// Allan deviation and noise coefficients.
 [[nodiscard]] std::string noise_part(const nlohmann::json& noise);
 /// Whether a campaign of a check standard is one of the model's; `check_standards`: the section.

@@ -22,6 +22,8 @@ namespace {
 using html::member;
 using nlohmann::json;
 
+constexpr double kExpectedInside = 0.95;  ///< share of errors inside a 95 % band
+
 constexpr std::array<std::string_view, 4> kFamilies = {"anfis", "poly3", "poly5", "spline"};
 
 std::string unit_of(const json& sensor) { return html::unit_text(sensor["unit"].get<std::string>()); }
@@ -147,13 +149,23 @@ std::string scale_words(std::string_view name, const json& sensor) {
          "and down.</p>\n";
 }
 
+/// How many of the errors are inside the band of a fresh power-on, and what that means where they are few.
+std::string band_words(const json& share) {
+  if (!share.is_number()) return {};
+  const double inside = share.get<double>();
+  std::string text =
+      fmt::format(" {} % of the errors are inside the band of a fresh power-on", html::number(100.0 * inside, 0));
+  if (inside >= kExpectedInside) return text + ".";
+  return text +
+         ", of which 95 % are expected over many power-ons. The errors of one power-on share its offset, so that those "
+         "of one or two runs may lie beside the band together. The verdict rests on the errors and the limit, not on "
+         "this band.";
+}
+
 /// What fresh runs say of one curve.
 std::string tested_words(std::string_view what, const json& result, const std::string& unit) {
   if (result["worst_abs"].is_null()) return fmt::format("{}: not measured. ", what);
-  const std::string inside = result["inside_pi95"].is_number()
-                                 ? fmt::format(" {} % of the errors are inside the band of a fresh power-on.",
-                                               html::number(100.0 * result["inside_pi95"].get<double>(), 0))
-                                 : "";
+  const std::string inside = band_words(result["inside_pi95"]);
   const std::string limit = result["limit"].is_number()
                                 ? fmt::format("limit {} {}, guard band {}: <b>{}</b>", html::number(result["limit"]),
                                               unit, html::number(result["guard"]), html::text_of(result, "verdict"))
@@ -169,69 +181,6 @@ std::string verification_words(const json& sensor) {
   if (result.is_null()) return "<p>Fresh runs: none measured this sensor.</p>\n";
   return "<p>Fresh runs, which no fit has seen. " + tested_words("Bias", result["bias"], unit_of(sensor)) +
          (result["scale"].is_null() ? "" : tested_words("Scale", result["scale"], "ppm")) + "</p>\n";
-}
-
-// ---- accepted effects ----
-
-std::string list_of(const json& names) {
-  return html::escaped(fmt::format("{}", fmt::join(names.get<std::vector<std::string>>(), ", ")));
-}
-
-std::string parameters_of(const json& part) {
-  std::string text;
-  const json& covariance = part["covariance"];
-  std::size_t estimated = 0;
-  while (estimated * estimated < covariance.size()) ++estimated;
-  for (std::size_t i = 0; i < part["parameters"].size(); ++i) {
-    const json& parameter = part["parameters"][i];
-    const calib::TermParameter given{parameter["name"], parameter["value"], parameter["unit"]};
-    const calib::TermParameter printed = printed_parameter(given);
-    text +=
-        fmt::format("{}{} = {}", text.empty() ? "" : "<br>", html::escaped(printed.name), html::number(printed.value));
-    if (i < estimated) {
-      const double half_width = 1.96 * std::sqrt(covariance[i * estimated + i].get<double>());
-      text += " ± " + html::number(printed_parameter({given.name, half_width, given.unit}).value);
-    }
-    if (printed.unit != "1") text += " " + html::escaped(html::unit_text(printed.unit));
-  }
-  return text;
-}
-
-std::string parameter_table(const json& term) {
-  html::Table table("Parameters (95 %)", {"Sensors", "Value"});
-  for (const json& part : term["parts"]) {
-    table.row({html::text_cell(fmt::format("{}", fmt::join(part["sensors"].get<std::vector<std::string>>(), ", "))),
-               html::html_cell(parameters_of(part))});
-  }
-  return table.html();
-}
-
-std::string term_html(const json& term) {
-  const json& rivals = term["confusable_with"];
-  return fmt::format("<h3>{}</h3>\n{}{}", html::text_of(term, "name"),
-                     html::facts({{"Found missing from", "model " + html::text_of(term, "parent_version")},
-                                  {"Probability that scatter looks like this", html::number(term["p_adjusted"])},
-                                  {"Explained nearly as much", rivals.empty() ? "nothing" : list_of(rivals)},
-                                  {"Where it is corrected", term["lab_only"].get<bool>()
-                                                                ? "lab only: the unit in its vehicle cannot correct it"
-                                                                : "in the calibration file"}}),
-                     parameter_table(term));
-}
-
-std::string gap_table(const json& gap) {
-  html::Table table("Gap on runs used for neither the base nor the parameters, when the effects were accepted",
-                    {"Sensor", "Unit", "Before", "After", "Floor", "Closed"});
-  for (const auto& [sensor, entry] : gap.items()) {
-    const bool gyro = sensor.starts_with("gyro");
-    const double factor = gyro ? 180.0 / std::numbers::pi : 1.0;
-    const auto figure = [&](const char* key) { return html::number_cell(entry[key].get<double>() * factor); };
-    table.row({html::row_heading(sensor), html::text_cell(gyro ? "deg/s" : "m/s²"), figure("before_rms"),
-               figure("after_rms"), figure("floor_rms"),
-               entry["closed_fraction"].is_null()
-                   ? html::text_cell("too small to tell")
-                   : html::html_cell(html::number(100.0 * entry["closed_fraction"].get<double>(), 0) + " %", true)});
-  }
-  return table.html();
 }
 
 // ---- figures ----
@@ -297,16 +246,6 @@ std::string sensor_part(std::string_view name, const json& sensor) {
           (scale.empty() ? "" : tables) + "</div>\n";
   html += scale_words(name, sensor) + verification_words(sensor) + (scale.empty() ? tables : "");
   return html + budget_table(sensor) + "</section>\n";
-}
-
-std::string terms_part(const json& terms) {
-  if (terms.empty()) return {};
-  std::string html =
-      "<section id=\"terms\"><h2>Accepted effects</h2>\n<p>Found missing from an earlier model and added to this one. "
-      "They were subtracted from the readings before the curves were fitted; rows and residuals on this page do not "
-      "contain them.</p>\n";
-  for (const json& term : terms) html += term_html(term);
-  return html + gap_table(terms.back()["gap"]) + "</section>\n";
 }
 
 }  // namespace soak::station

@@ -16,6 +16,7 @@
 #include "station/io/text.h"
 #include "station/nav/free_inertial.h"
 #include "station/records/check_standard.h"
+#include "station/report/release_part.h"
 #include "station/report/rows_of_model.h"
 #include "station/runs/rest_record.h"
 #include "station/runs/still_segment.h"
@@ -97,6 +98,17 @@ base::Result<json> check_standards_json(const db::Catalog& catalog, const std::s
   return document;
 }
 
+/// Where no verdict holds the summary says why, and what the fresh runs said of the model all the same.
+void take_back_verdict(const std::string& why, json& summary) {
+  summary["no_verdict"] = why.empty() ? json() : json(why);
+  if (why.empty()) return;
+  const bool was_judged = summary["verdict"] != "info" && summary["verdict"] != "not_measured";
+  summary["sentence"] = fmt::format(
+      "No verdict holds: {}.{}", why,
+      was_judged ? " For information, of the model as it is: " + summary["sentence"].get<std::string>() : "");
+  summary["verdict"] = "info";
+}
+
 }  // namespace
 
 base::Result<json> report_document(const db::Catalog& catalog, const ReportRequest& request) {
@@ -106,6 +118,13 @@ base::Result<json> report_document(const db::Catalog& catalog, const ReportReque
   if (!rows) return base::forward_error(rows);
   auto sections = calib::report_json(rows->input);
   if (!sections) return base::forward_error(sections);
+  const auto unit = find_unit(catalog, request.unit);
+  if (!unit) return base::forward_error(unit);
+  auto release = release_json(catalog, rows->model, request.created_utc_s);
+  if (!release) return base::forward_error(release);
+  const auto why = why_no_verdict(catalog, *unit, rows->model, rows->calibration, *release);
+  if (!why) return base::forward_error(why);
+  take_back_verdict(*why, (*sections)["summary"]);
   auto noise = request.with_noise ? noise_json(catalog, request.unit, rows->model.epoch, request.progress)
                                   : base::Result<json>(no_noise("not asked for"));
   if (!noise) return base::forward_error(noise);
@@ -120,6 +139,7 @@ base::Result<json> report_document(const db::Catalog& catalog, const ReportReque
   (*sections)["noise"] = *std::move(noise);
   (*sections)["check_standards"] = *std::move(check_standards);
   (*sections)["records"] = std::move(records);
+  (*sections)["release"] = *std::move(release);
   (*sections)["provenance"] = *std::move(provenance);
   return json{{"unit", request.unit},
               {"model", rows->model.version},

@@ -48,14 +48,28 @@ std::vector<calib::ReferenceUse> as_fitted(std::vector<calib::ReferenceUse> uses
   return uses;
 }
 
-/// "R01, R02"
+/// Whether a label is not enough to tell a run: one of another campaign has the same.
+bool is_ambiguous(const std::vector<UsedRun>& runs, const db::RunRow& run) {
+  return std::ranges::any_of(
+      runs, [&](const UsedRun& other) { return other.run.label == run.label && other.run.campaign != run.campaign; });
+}
+
+/// "R01, R02"; "R01 of campaign a, R02 of campaign b" where they are of several campaigns or a label alone would not
+/// tell which.
 template <class Condition>
 std::string labels_where(const std::vector<UsedRun>& runs, Condition condition) {
-  std::vector<std::string> labels;
+  std::vector<const db::RunRow*> found;
   for (const UsedRun& run : runs) {
-    if (condition(run)) labels.push_back(run.run.label);
+    if (condition(run)) found.push_back(&run.run);
   }
-  return fmt::format("{}", fmt::join(labels, ", "));
+  const bool with_campaign = std::ranges::any_of(found, [&](const db::RunRow* run) {
+    return run->campaign != found.front()->campaign || is_ambiguous(runs, *run);
+  });
+  std::vector<std::string> names;
+  for (const db::RunRow* run : found) {
+    names.push_back(with_campaign ? fmt::format("{} of campaign {}", run->label, run->campaign) : run->label);
+  }
+  return fmt::format("{}", fmt::join(names, ", "));
 }
 
 std::vector<calib::Warning> warnings_of(const RunsOfModel& found, const std::vector<std::string>& missing,

@@ -308,18 +308,22 @@ base::Result<ModelCalibration> calibration_of_model(const db::Catalog& catalog, 
   return ModelCalibration{(*model)->version, *std::move(calibration)};
 }
 
+base::Result<std::string> doubt_of(const db::Catalog& catalog, const calib::Calibration& calibration) {
+  const auto withdrawn = withdrawn_since(catalog, calibration);
+  if (!withdrawn) return base::forward_error(withdrawn);
+  const auto found = std::ranges::find_if(*withdrawn, [](const calib::Warning& warning) {
+    return warning.code == "voided_since" || warning.code == "reference_withdrawn";
+  });
+  return found == withdrawn->end() ? std::string() : found->text;
+}
+
 base::Result<std::string> doubt_of_model(const db::Catalog& catalog, const std::string& serial) {
   const auto model = catalog.model(serial);
   if (!model) return base::forward_error(model);
   if (!*model) return std::string();
   const auto calibration = calib::calibration_of((*model)->document);
   if (!calibration) return base::forward_error(calibration);
-  const auto withdrawn = withdrawn_since(catalog, *calibration);
-  if (!withdrawn) return base::forward_error(withdrawn);
-  const auto found = std::ranges::find_if(*withdrawn, [](const calib::Warning& warning) {
-    return warning.code == "voided_since" || warning.code == "reference_withdrawn";
-  });
-  return found == withdrawn->end() ? std::string() : found->text;
+  return doubt_of(catalog, *calibration);
 }
 
 base::Result<bool> withdrawn_since_start(const db::Catalog& catalog, const std::string& unit,

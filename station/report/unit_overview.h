@@ -38,7 +38,10 @@ struct ModelCalibration {
 [[nodiscard]] base::Result<ModelCalibration> calibration_of_model(const db::Catalog& catalog, const std::string& serial,
                                                                   std::optional<std::int32_t> version);
 
-/// What was withdrawn since of what the newest model of a unit rests on, in words; empty where nothing was.
+/// What was withdrawn since of what a model rests on, in words; empty where nothing was.
+[[nodiscard]] base::Result<std::string> doubt_of(const db::Catalog& catalog, const calib::Calibration& calibration);
+
+/// The same of the newest model of a unit; empty, too, where there is none.
 [[nodiscard]] base::Result<std::string> doubt_of_model(const db::Catalog& catalog, const std::string& serial);
 
 /// Whether something of a unit's runs, of one campaign or of all, was withdrawn since a time.

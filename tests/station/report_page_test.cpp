@@ -275,11 +275,70 @@ TEST(ReportPageTest, KeepsTheVerdictOnTheBiasApartFromThatOfTheSensor) {
   const json bias = {{"verdict", "pass"},      {"limit", 0.1},          {"rows", 11},         {"worst_abs", 0.01},
                      {"worst_temp_c", 20.0},   {"rmse_abs", 0.01},      {"rmse_shape", 0.01}, {"guard", 0.01},
                      {"inside_pi95", nullptr}, {"inside_ci95", nullptr}};
+  json scale = bias;
+  scale["verdict"] = "fail";
   gyro["limit"] = 0.1;
   gyro["scale_limit_ppm"] = 100.0;
-  gyro["verification"] = {{"verdict", "fail"}, {"bias", bias}, {"scale", nullptr}};
+  gyro["verification"] = {{"verdict", "fail"}, {"bias", bias}, {"scale", scale}};
   EXPECT_TRUE(base::mentions_in_order(report_page(with), {"data-heading=\"bias verdict\">pass</td><td class=\"fail\" "
-                                                          "data-heading=\"verdict with scale\">fail</td>"}));
+                                                          "data-heading=\"scale verdict\">fail</td>"}));
+  gyro["fit"]["scale_deployed"] = nullptr;
+  gyro["verification"] = {{"verdict", "pass"}, {"bias", bias}, {"scale", nullptr}};
+  EXPECT_TRUE(base::mentions_in_order(report_page(with), {"data-heading=\"bias verdict\">pass</td><td class=\"nowrap\" "
+                                                          "data-heading=\"scale verdict\">scale not known</td>"}));
+}
+
+TEST(ReportPageTest, StatesTheExpandedUncertaintyWithItsFactorAndSaysWhatAFewErrorsInsideTheBandMean) {
+  json with = document("SN1", 3, 10);
+  const json bias = {{"verdict", "pass"},    {"limit", 0.1},          {"rows", 11},         {"worst_abs", 0.01},
+                     {"worst_temp_c", 20.0}, {"rmse_abs", 0.01},      {"rmse_shape", 0.01}, {"guard", 0.012},
+                     {"guard_factor", 2.31}, {"inside_pi95", 0.1512}, {"inside_ci95", 1.0}};
+  json& gyro = with["sections"]["sensors"]["gyro_x"];
+  gyro["limit"] = 0.1;
+  gyro["verification"] = {{"verdict", "pass"}, {"bias", bias}, {"scale", nullptr}};
+  std::string page = report_page(with);
+  EXPECT_NE(page.find("± <data value=\"0.012\">0.0120</data> (k = 2.31)"), std::string::npos);
+  EXPECT_NE(page.find("of which 95 % are expected"), std::string::npos);
+  gyro["verification"]["bias"]["inside_pi95"] = 0.97;
+  EXPECT_EQ(report_page(with).find("of which 95 % are expected"), std::string::npos);
+}
+
+TEST(ReportPageTest, WhereNoVerdictHoldsNoSensorPasses) {
+  json with = document("SN1", 3, 10);
+  with["sections"]["summary"]["no_verdict"] = "the unit was repaired or changed after this model";
+  for (auto& [name, sensor] : with["sections"]["sensors"].items()) {
+    sensor["limit"] = 0.1;
+    sensor["verification"] = {{"verdict", "pass"}, {"bias", {{"verdict", "pass"}}}, {"scale", nullptr}};
+    sensor["verification"]["bias"]["worst_abs"] = nullptr;
+  }
+  const std::string page = report_page(with);
+  EXPECT_EQ(page.find("class=\"pass\""), std::string::npos);
+  EXPECT_NE(page.find("data-heading=\"bias verdict\">not judged</td>"), std::string::npos);
+}
+
+TEST(ReportPageTest, TheCertificateSaysWhoVerifiedAndReleasedAndLeavesLinesToBeFilledIn) {
+  json with = document("<b>", 3, 10);
+  json& release = with["sections"]["release"];
+  release = {{"state", "released"},
+             {"verification", {{"utc_s", 1.8e9}, {"user", "a&b"}, {"verdict", "pass"}, {"campaign", "check"}}},
+             {"released", {{"utc_s", 1.8e9}, {"user", "eva"}}},
+             {"expires_utc_s", 1.9e9},
+             {"obstacles", json::array()}};
+  EXPECT_TRUE(base::mentions_in_order(
+      report_page(with), {"Laboratory", "class=\"fill\"", "&lt;b&gt;, model 3, 2027-01-15", "Verified",
+                          "2027-01-15 by a&amp;b, with campaign check: PASS", "Released", "2027-01-15 by eva</dd>",
+                          "2030-03-17", "Place and date", "Signature", "class=\"fill\""}));
+  release["obstacles"] = {"it was never verified: 'soak verify --unit SN1 --campaign NAME'", "more: fit again"};
+  const std::string page = report_page(with);
+  EXPECT_NE(page.find("Not to be handed over any more: it was never verified, and 1 more"), std::string::npos);
+  EXPECT_EQ(page.find("soak verify"), std::string::npos);
+}
+
+TEST(ReportPageTest, EveryPrintedPageHasTheNumberOfTheCertificateAndItsOwn) {
+  const std::string page = report_page(document("A\"}</style>", 3, 10));
+  EXPECT_NE(page.find("A\\22 \\7d \\3c \\2f style\\3e "), std::string::npos);
+  EXPECT_NE(page.find("counter(page)"), std::string::npos);
+  EXPECT_EQ(unbalanced(page), "");
 }
 
 TEST(ReportPageTest, TheCertificateHasTheGravestWarningsAndTheRestComesBehind) {

@@ -14,7 +14,7 @@ FILLED_IN = {
     "it was never verified: 'soak verify --unit {} --campaign NAME'": ("SN1",),
     "its last verification, against campaign '{}', says {}, not pass: {}": ("week-1", "marginal", "fit again, or verify it against other fresh runs"),
     "{} of the runs that it was fitted to are withdrawn or not in this data folder: fit again": ("2",),
-    "runs for calibration are not in it: {}: fit again with all, or void them": ("R01 of campaign week-1, R02 of campaign week-1",),
+    "runs for calibration are not in it: {}: fit again with all of them": ("R01 of campaign week-1, R02 of campaign week-1",),
     "it was measured, and runs of campaign '{}' are SIMULATED: verify it against measured runs": ("week-1",),
     "runs of campaign '{}' were withdrawn after it was verified against them: verify it again": ("week-1",),
     "{} was due on {}: record with a newer certificate and fit again": ("chamber_probe 'PT-7' (certificate K-12)", "2026-11-26"),
@@ -96,7 +96,7 @@ class Words(BrowserTest):
         def told(*campaigns, stopped=False, of=3, checks=()):
             return self.browser.run("""const [unit, open] = arguments; return import('/unit_words.mjs').then((words) =>
                 ({ ...words.nextOf(unit, open), chosen: words.campaignToVerifyWith(unit.verify_with, open)?.campaign }))""",
-                                    {**unit, "verify_with": campaigns}, {"name": "open", "of": of, "stopped": stopped, "checks": checks})
+                                    {**unit, "verify_with": campaigns}, {"name": "open", "of": of, "stopped": stopped, "checks": checks, "records": []})
         waits = told(campaign("open"))
         self.assertEqual((waits["kind"], waits["text"].split(".")[0]), (None, "Wait: campaign open still runs, 1 of 3 check runs recorded"))
         waits = told(campaign("open"), campaign("cold", "calibration"))
@@ -140,6 +140,65 @@ class Words(BrowserTest):
                          (None, "Wait: campaign week still records it. 2 of 4 runs recorded so far; fit it when the campaign has ended."))
         self.assertIn("has stopped, 2 of 4 runs recorded: resume it on Station, then fit.", told(True, ["SN1"])["text"])
         self.assertEqual(told(False, ["SN2"])["kind"], "fit")
+
+    def test_a_unit_that_has_a_model_waits_for_the_runs_that_its_campaign_still_records(self):
+        self.browser.go(self.soakd.url)
+        verification = {"stale": None, "job": {"id": 1, "result": {"verdict": "pass", "model": 1}}, "warnings": []}
+        unit = {"unit": "SN1", "epoch": 0, "to_fit": 4, "exported": None, "warnings": [], "verify_with": [], "verification": verification, "gap": {"find": None},
+                "model": {"version": 1, "epoch": 0, "state": "verified", "terms": []}, "release": {"obstacles": [], "expires": None}}
+
+        def told(stopped, records):
+            return self.browser.run("const given = arguments; return import('/unit_words.mjs').then((words) => words.nextOf(...given))",
+                                    unit, {"name": "week", "of": 6, "stopped": stopped, "checks": [], "records": records})
+        self.assertEqual((told(False, ["SN1"])["kind"], told(False, ["SN1"])["text"]),
+                         (None, "Wait: campaign week still records it, 4 of 6 runs so far. When it has ended, fit again with all runs, then verify and release."))
+        self.assertIn("has stopped, 4 of 6 runs recorded: resume it on Station.", told(True, ["SN1"])["text"])
+        self.assertEqual(told(False, ["SN2"])["kind"], "release")
+
+    def test_who_may_not_do_what_comes_next_is_told_who_does(self):
+        self.browser.go(self.soakd.url)
+        link = {"text": "New campaign", "address": "#station"}
+
+        def told(kind, role, **more):
+            return self.browser.run("const given = arguments; return import('/unit_words.mjs').then((words) => words.nextForRole(...given))", {"kind": kind, "text": "Do it.", **more}, role)
+        by_engineer, by_operator = "Do it. An engineer does that; your account may not.", "Do it. An operator or an engineer does that; your account only looks."
+        for kind, role, text in (("release", "operator", by_engineer), ("export", "viewer", by_engineer), ("release", "engineer", "Do it."), ("release", None, "Do it."), ("fit", "operator", "Do it."),
+                                 ("fit", "viewer", by_operator), (None, "viewer", "Do it.")):
+            self.assertEqual(told(kind, role)["text"], text, (kind, role))
+        self.assertEqual(told(None, "viewer", link=link), {"kind": None, "text": by_operator, "link": None})
+        self.assertEqual(told(None, "operator", link=link)["link"], link)
+
+    def test_a_released_model_that_only_a_new_fit_mends_is_not_to_be_verified_first(self):
+        self.browser.go(self.soakd.url)
+        fresh = [{"campaign": "check", "runs": 1, "purpose": "verification"}]
+        left_out = "runs for calibration are not in it: R07 of campaign c: fit again with all of them"
+        unit = {"unit": "SN1", "type": "t", "epoch": 0, "to_fit": 4, "exported": None, "warnings": [], "verify_with": fresh, "verification": None, "gap": {"find": None},
+                "model": {"version": 1, "epoch": 0, "state": "released", "terms": []}, "release": {"obstacles": [left_out], "expires": None}}
+
+        def told(unit):
+            return self.browser.run("const [unit] = arguments; return import('/unit_words.mjs').then((words) => [words.nextOf(unit), words.verdictText(unit)[0]])", unit)
+        (following, why) = told(unit)
+        self.assertEqual((following["kind"], following["text"], following["why"]), ("fit", "Do not hand it over. Fit it again, then verify and release it:", [left_out]))
+        self.assertEqual(why, "Model 1 was verified, but not from this page: its numbers are in its report.")
+        (following, why) = told({**unit, "release": {"obstacles": ["it was never verified: 'soak verify'"], "expires": None}})
+        self.assertEqual((following["kind"], why), ("verify", "Model 1 has not been verified here."))
+
+    def test_a_file_and_a_verdict_from_before_a_repair_or_a_void_are_told_to_be_void(self):
+        self.browser.go(self.soakd.url)
+        job = {"id": 1, "unit": "SN1", "state": "done", "started_utc_s": 1000.0, "result": {"model": 1, "verdict": "pass"}}
+        unit = {"epoch": 0, "warnings": [], "verification": {"stale": None, "job": {**job, "kind": "verify"}}, "model": {"version": 1, "epoch": 0, "state": "released"}}
+
+        def told(kind, verdict="pass", **more):
+            return self.browser.run("""const given = arguments; return Promise.all([import('/text.mjs').then(({ textsOf }) => Promise.all([textsOf('units'), textsOf('gap')])),
+                import('/job_words.mjs')]).then(([, words]) => [words.madeFrom(...given), words.isVoid(...given)])""",
+                                    {**job, "kind": kind, "result": {"model": 1, "verdict": verdict}}, {**unit, **more})
+        self.assertEqual(told("report"), ["Made from model 1.", False])
+        repaired = "Made from model 1, of the unit before it was repaired or changed: void since, do not use it."
+        self.assertEqual([told(kind, epoch=1) for kind in ("export", "report", "verify")], [[repaired, True], [repaired, True], ["", True]])
+        void = "Made from model 1. Data that this rests on were withdrawn since: void, do not use it."
+        self.assertEqual(told("export", warnings=[{"code": "voided_since"}]), [void, True])
+        self.assertEqual(told("report", verification={"stale": "data of its campaign were withdrawn since", "job": job}), [void, True])
+        self.assertEqual(told("report", "info", epoch=1), ["Made from model 1.", False], "made after the repair: it says so itself")
 
     def test_a_fleet_of_one_model_says_that_nothing_is_compared(self):
         self.browser.go(self.soakd.url)
@@ -262,7 +321,7 @@ class Words(BrowserTest):
                         self.assertNotRegex("".join(parts), ENGLISH)
 
     def test_a_campaign_keeps_its_name_in_an_obstacle(self):
-        left_out = "runs for calibration are not in it: r1 of campaign rest of campaign 3, r2 of campaign a, b: fit again with all, or void them"
+        left_out = "runs for calibration are not in it: r1 of campaign rest of campaign 3, r2 of campaign a, b: fit again with all of them"
         self.assertIn("r1 der Kampagne rest of campaign 3, r2 der Kampagne a, b:", self.obstacles("de", left_out)[0][0])
         self.assertIn(left_out, self.obstacles("en", left_out)[0][0])
 

@@ -118,7 +118,7 @@ struct Remedy {
 constexpr std::string_view kRecordAgain =
     "Record those segments again; where a label was wrong, correct it and import into a new campaign.";
 constexpr std::string_view kNothing = "No action needed.";
-constexpr std::string_view kFitAgain = "Fit again with 'soak fit', then make this report again.";
+constexpr std::string_view kFitAgain = "Fit again, then make this report again.";
 
 constexpr std::array kRemedies = {
     // of the data gate
@@ -133,10 +133,10 @@ constexpr std::array kRemedies = {
     Remedy{"irregular_sampling", "Check the logger's clock; standard errors assume equally spaced samples."},
     Remedy{"coarse_thermometer", "Record a thermometer with finer steps, if the unit has one."},
     // of the fit
-    Remedy{"runs_left_since", "Check whether the effect is still found without them: soak gap find"},
-    Remedy{"copied_runs", "No action needed, they count once; to remove the copies: soak runs void."},
+    Remedy{"runs_left_since", "Search the gap again: is the effect still found without them?"},
+    Remedy{"copied_runs", "No action needed, they count once; the copies may be voided."},
     Remedy{"unit_type_unknown", "Write the type's file in procedures/units, then fit again."},
-    Remedy{"term_not_evaluated", "Record the column that the effect needs, or withdraw the effect: soak gap withdraw."},
+    Remedy{"term_not_evaluated", "Record the column that the effect needs, or take the effect out of the model."},
     Remedy{"few_runs", "Record more runs: at least three power-ons are needed for an error on unseen runs."},
     Remedy{"one_way",
            "Record a procedure that goes both ways (sweep = \"up_down\", such as six-position-both-ways), or state the "
@@ -158,14 +158,15 @@ constexpr std::array kRemedies = {
     Remedy{"missing_position", "Record the missing positions."},
     Remedy{"cut_short_visit", "Void that visit of this part, then fit again: the other part has it whole."},
     Remedy{"scale_range", "Record the missing positions at those temperatures if the unit is used there."},
-    Remedy{"own_thermometer", "Give the temperature of that sensor's own thermometer: soak eval --own-temp-c."},
+    Remedy{"own_thermometer", "Give the temperature of that sensor's own thermometer when you evaluate the curve."},
     Remedy{"scale_left_out", "No action needed; for its scale record rates at three plateaus or more."},
     Remedy{"scale_not_measured", "Record the missing positions at those temperatures if the unit is used there."},
     Remedy{"even_order",
            "Check that the fixture's faces are square to each other: a fixture out of square looks the same."},
     Remedy{"heading_incomplete", "Give the missing azimuths and import into a new campaign, or do without them."},
     Remedy{"rate_positions", kNothing},
-    Remedy{"check_standard_out_of_control", "Find what changed in the station ('soak check chart') before you ship."},
+    Remedy{"check_standard_out_of_control",
+           "Find what changed in the station before you ship: the charts of the check standards show when."},
     Remedy{"reference_retired", "Check whether the reason also affects what was measured with it before."},
     Remedy{"reference_withdrawn", "Enter the correct certificate, then fit again."},
     Remedy{"reference_expired",
@@ -194,7 +195,8 @@ constexpr std::array kRemedies = {
 };
 
 /// What speaks against handing a unit over at all.
-constexpr std::array<std::string_view, 8> kGrave = {"check_standard_out_of_control",
+constexpr std::array<std::string_view, 9> kGrave = {"check_standard_out_of_control",
+                                                    "older_epoch",
                                                     "voided_since",
                                                     "reference_withdrawn",
                                                     "reference_expired",
@@ -209,9 +211,7 @@ VerdictSentence verdict_sentence(const json& fit, bool limits_given, const std::
                                  const std::vector<std::string>& fresh_runs) {
   if (!limits_given) {
     return {"info",
-            fmt::format(
-                "Not judged: no limits were given (--limits FILE, or limits of the unit type). For information: {}.",
-                expectation(fit))};
+            fmt::format("Not judged: no limits are set for this type of unit. For information: {}.", expectation(fit))};
   }
   if (!verification) {
     return {"not_measured",
