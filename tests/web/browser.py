@@ -30,8 +30,8 @@ const parts = (text) => text.match(/[\\d.]+/g).map(Number);
 const behind = (node) => { for (let n = node; n; n = n.parentElement) { const c = parts(getComputedStyle(n).backgroundColor);
   if (c.length < 4 || c[3] === 1) return c; } return [255, 255, 255]; };
 const poor = [];
-for (const node of document.querySelectorAll("main *, header *, dialog *")) {
-  if (!node.offsetParent || node.disabled || ![...node.childNodes].some((n) => n.nodeType === 3 && n.data.trim())) continue;
+for (const node of document.querySelectorAll("body *")) {
+  if (node instanceof SVGElement || !node.checkVisibility() || node.disabled || ![...node.childNodes].some((n) => n.nodeType === 3 && n.data.trim())) continue;
   const [a, b] = [luminance(parts(getComputedStyle(node).color)), luminance(behind(node))];
   const ratio = (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05);
   if (ratio < 4.5) poor.push(`${ratio.toFixed(2)} ${node.outerHTML.slice(0, 120)}`);
@@ -168,9 +168,9 @@ class Browser:
             time.sleep(0.02)
         return file.read_bytes()
 
-    def screenshot(self, path):
-        """The whole page."""
-        data = self.devtools("Page.captureScreenshot", captureBeyondViewport=True)["data"]
+    def screenshot(self, path, whole=True):
+        """The whole page, or what the screen shows of it."""
+        data = self.devtools("Page.captureScreenshot", captureBeyondViewport=whole, optimizeForSpeed=True)["data"]
         pathlib.Path(path).write_bytes(base64.b64decode(data))
 
 

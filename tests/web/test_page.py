@@ -1,12 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The station's page in a real browser, before a scripted laboratory ($TEST_PAGE_SERVER)."""
 import json
-import pathlib
-import sys
 import unittest
 
-from browser import Browser
-from page_test import PageTest, Station, allan_noise, soak_history
+from page_test import PageTest, allan_noise, soak_history
 
 
 class Page(PageTest):
@@ -252,43 +249,5 @@ return low;
 """
 
 
-def take_pictures(folder):
-    """Pictures of the page for people to look at: test_page.py --pictures FOLDER."""
-    station, browser = Station(), Browser()
-    station.tell("history " + json.dumps(soak_history()))
-    station.tell("noise " + json.dumps(allan_noise()))
-    for text in ("campaign acceptance started", "run 2 began", "plateau −20 °C reached", "recording +X"):
-        station.tell("log " + text)
-    for scheme in ("light", "dark"):
-        browser.colours(scheme)
-        for width in (1280, 390):
-            browser.resize(width, 900)
-            browser.go(station.url)
-            browser.wait("return document.querySelector('#chart path.unit-1')?.getAttribute('d')")
-            browser.run("document.querySelector('#noise').scrollIntoView()")
-            browser.wait("return document.querySelector('#noise-chart path')?.getAttribute('d')")
-            browser.run("scrollTo(0, 0)")
-            browser.screenshot(pathlib.Path(folder) / f"{scheme}-{width}.png")
-            station.set("/prompt", {"id": 12, "text": "Turn the fixture to −Z up, close the door, then confirm."})
-            station.set("/state", "waiting")
-            station.set("/chamber/alarms", ["compressor over-pressure"])
-            browser.wait_for_text("#prompt-text", "Turn")
-            browser.screenshot(pathlib.Path(folder) / f"{scheme}-{width}-prompt.png")
-            station.set("/prompt", None)
-            station.set("/state", "running")
-            station.set("/chamber/alarms", [])
-    browser.click("#abort")
-    browser.screenshot(pathlib.Path(folder) / "abort.png")
-    station.tell("stop")
-    browser.press("Escape")
-    browser.wait_for_text("#lost", "No connection")
-    browser.screenshot(pathlib.Path(folder) / "lost.png")
-    browser.close()
-    station.close()
-
-
 if __name__ == "__main__":
-    if len(sys.argv) == 3 and sys.argv[1] == "--pictures":
-        take_pictures(sys.argv[2])
-    else:
-        unittest.main()
+    unittest.main()
