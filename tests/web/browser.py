@@ -158,6 +158,11 @@ class Browser:
         """Texts that do not stand out from what is behind them as WCAG 2.2, 1.4.3 asks."""
         return self.run(POOR_CONTRAST)
 
+    def loaded(self):
+        """[address, bytes without compression] of the page and of all that it has asked for."""
+        return self.run("""const all = [...performance.getEntriesByType('navigation'), ...performance.getEntriesByType('resource')];
+            return all.map(({ name, decodedBodySize }) => [name, decodedBodySize]);""")
+
     def downloaded(self, name):
         """What is saved under `name`. The browser reserves a name with an empty file and moves the whole content over it."""
         end = time.monotonic() + PATIENCE_S
@@ -168,9 +173,13 @@ class Browser:
             time.sleep(0.02)
         return file.read_bytes()
 
-    def screenshot(self, path, whole=True):
-        """The whole page, or what the screen shows of it."""
-        data = self.devtools("Page.captureScreenshot", captureBeyondViewport=whole, optimizeForSpeed=True)["data"]
+    def screenshot(self, path, most_px=None):
+        """What the screen shows, or with `most_px` the whole page down to there."""
+        more = {}
+        if most_px is not None:
+            width, height = self.run("return [innerWidth, document.documentElement.scrollHeight]")
+            more = {"captureBeyondViewport": True, "clip": {"x": 0, "y": 0, "width": width, "height": min(height, most_px), "scale": 1}}
+        data = self.devtools("Page.captureScreenshot", optimizeForSpeed=True, **more)["data"]
         pathlib.Path(path).write_bytes(base64.b64decode(data))
 
 

@@ -4,7 +4,7 @@ import shutil
 
 from test_runs import wrong_face  # first: others put a folder in front that has a module of this name, too
 from lagging_unit import LAGGING, ROOT, lagging_recordings, simulate
-from test_units import UnitStation, recording
+from test_units import LIMITS, UnitStation, recording
 
 REFUSED_RUN = "R09"  # with a segment that the data gate refuses
 OTHERS = 3  # units of the same type
@@ -15,6 +15,7 @@ class LaggingStation(UnitStation):
 
     def store_all(self):
         shutil.copytree(ROOT / "procedures", self.types, dirs_exist_ok=True)
+        self.limits(LIMITS)
         five, sixth = lagging_recordings(self.folder)
         self.store(five, LAGGING, "--campaign", "spring")
         self.store(sixth, LAGGING, "--campaign", "check", "--procedure", "verification")

@@ -151,8 +151,7 @@ class Runs(Views):
 
     def test_the_first_view_weighs_at_most_300_kb(self):
         go(self.browser, self.soakd, "de", "station", "return document.querySelectorAll('#start-choice option').length > 0")
-        sizes = self.browser.run("""const all = [...performance.getEntriesByType('navigation'), ...performance.getEntriesByType('resource')];
-            return all.filter(({ name }) => !name.includes('/api/')).map(({ name, decodedBodySize }) => [name, decodedBodySize]);""")
+        sizes = self.browser.loaded()
         self.assertGreater(len(sizes), 20)
         self.assertFalse([name for name, _ in sizes if re.search("run_view|text_runs|dygraph.min.js", name)])
         self.assertLessEqual(sum(size for _, size in sizes), 300_000, sizes)

@@ -19,6 +19,7 @@ WEB = ROOT / "web"
 FOLDER = pathlib.Path(os.environ.get("SOAK_PICTURES", ROOT / "build" / "check" / "pictures"))
 SCREENS = {390: 844, 1280: 900, 1920: 1080}
 SETTLED = "return new Promise((done) => setTimeout(() => requestAnimationFrame(() => requestAnimationFrame(done)), 120))"
+MOST_PX = 6000  # in height: a report goes on for twenty screens
 LEAST_LETTERS = 60  # of a page that is there
 WORDS = "return (document.querySelector('dialog[open]') ?? document.querySelector('main, body')).innerText"
 # Pages of their own, and where their pictures are taken below.
@@ -91,7 +92,7 @@ class Pictures(unittest.TestCase):
     def shown(self, selector):
         self.browser.wait("return document.querySelector(arguments[0])?.offsetParent", selector)
 
-    def picture(self, name, whole=True):
+    def picture(self, name, most_px=MOST_PX):
         """On each screen, in each colour; of the whole page, or of what the screen shows."""
         with self.subTest(page=name):
             for width, height in SCREENS.items():
@@ -99,7 +100,7 @@ class Pictures(unittest.TestCase):
                 for scheme in ("light", "dark"):
                     self.browser.colours(scheme)
                     self.browser.run(SETTLED)
-                    self.browser.screenshot(FOLDER / f"{name}-{scheme}-{width}.png", whole)
+                    self.browser.screenshot(FOLDER / f"{name}-{scheme}-{width}.png", most_px)
                 self.assertLessEqual(self.browser.run("return document.documentElement.scrollWidth"), width)
             words = self.browser.run(WORDS)
             self.assertGreater(len(words), LEAST_LETTERS)
@@ -126,7 +127,7 @@ class Pictures(unittest.TestCase):
             self.picture(f"station-{state}")
             if state == "running":
                 self.browser.click("#abort")
-                self.picture("abort", whole=False)
+                self.picture("abort", most_px=None)
         self.go("about:blank")
 
     def test_every_view_of_what_is_stored_and_every_dialog(self):
@@ -147,7 +148,7 @@ class Pictures(unittest.TestCase):
                     continue
                 self.browser.run("document.querySelector(arguments[0]).click()", button)
                 self.browser.wait("return document.querySelector(arguments[0]).open", f"#{dialog}-dialog")
-                self.picture(dialog, whole=False)
+                self.picture(dialog, most_px=None)
                 self.browser.press("Escape")
         self.go("about:blank")
         for words, name in ((("--unit", LAGGING), "unit"), (("--campaign", "spring"), "campaign")):
@@ -178,7 +179,7 @@ class Pictures(unittest.TestCase):
             self.picture(f"setup-{step}")
         self.browser.run("document.querySelector('#steps [data-step=chamber]').click(); document.querySelector('#step-chamber [data-help]').click()")
         self.see("#help-page", "Writing a map")
-        self.picture("setup-help", whole=False)
+        self.picture("setup-help", most_px=None)
         self.go("about:blank")
 
 
