@@ -28,7 +28,7 @@ export const text = {
     find: "Suchen",
     findHint: "Kampagne, Lauf, Prüfling",
     counting: "Nur was zählt",
-    heads: ["Lauf", "Prüfling", "Aufgezeichnet", "Dauer", "Segmente", "Zustand"],
+    heads: ["Lauf", "Prüfling", "Aufge\u00adzeichnet", "Dauer", "Segmente", "Zustand"],
     recording: (label, campaign) => `${label} von ${campaign} wird gerade aufgezeichnet und steht hier, sobald er zu Ende ist.`,
     none: "Noch ist kein Lauf gespeichert.",
     noneFits: "Kein Lauf passt dazu.",

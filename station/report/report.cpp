@@ -12,6 +12,7 @@
 
 #include "calib/judge/report_json.h"
 #include "calib/model/document_parts.h"
+#include "station/io/data_folder.h"
 #include "station/io/output.h"
 #include "station/io/text.h"
 #include "station/nav/free_inertial.h"

@@ -1,23 +1,25 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A technician's week by clicks alone: records, a campaign with a fixture turned by hand, a chamber that falls silent, a soakd that
-dies and is resumed, a verification, then fit, verify, report, release and export of the unit; of another one, whose recordings came from
-elsewhere, the gap is found, accepted, compared and fitted. The page is a real browser's; the only hands beside it are those that turn
-the fixture, mend the chamber's cable, start soakd again and import the recordings."""
-import subprocess
+"""A technician's week by clicks and keys alone: the first start and the set-up, records, a campaign with a fixture turned by hand, a chamber
+that falls silent, a soakd that dies and is resumed, a verification, then fit, verify, report, release and export of the unit; of another
+one, whose recordings came from elsewhere, the gap is found, accepted, compared and fitted. The page is a real browser's; the only hands
+beside it are those that turn the fixture, mend the chamber's cable, start soakd again, let the laboratory's clock run fast and import the
+recordings."""
+import pathlib
 import sys
 import threading
 import unittest
 from concurrent.futures import ThreadPoolExecutor
 
-from bench import ROOT, WAIT_S, LabTest, short_procedure
-from lab_session import bin_folder, end
+from bench import ROOT, WAIT_S, FaultProxy, LabSession, LabTest, short_procedure
+from lab_session import end, first_line
 
 sys.path.insert(0, str(ROOT / "tests" / "web"))
 from browser import BROWSER, DRIVER, Browser  # noqa: E402
+from lagging_unit import LAGGING, lagging_recordings  # noqa: E402
 
 SERIAL = "0380A001"
-LAGGING = "SN0042"  # its sensors lag behind its thermometer
-HIDDEN = '\n[[hidden]]\neffect = "sensor_lag"\nmagnitude = 2.4\nseed = 31\n'
+RATE = 1000
+ALL_OF_IT = "\ue009a\ue000"  # Control+A, then no key held: what is typed next takes its place
 FACES = ("+X", "-X", "+Y", "-Y", "+Z", "-Z")
 SET_POINTS = (10, 25, 40)
 
@@ -75,17 +77,67 @@ class Week(LabTest):
         self.beside = ThreadPoolExecutor(1)
         self.addCleanup(self.beside.shutdown)
 
-    def start_station(self):
-        """A new laboratory: the fixture is turned by hand, its own procedures lie in the data folder, no unit is named."""
-        def by_hand(text):
-            begin, end_ = text.index("[fixture]"), text.index("[power]")
-            return (text[:begin] + text[end_:]).replace(f'unit = "{SERIAL}"', 'unit = ""')
+    def start_soakd(self):
+        """With nothing but its data folder."""
+        self.lab.soakd, log = self.lab.start("soakd", "--listen", self.lab.listen, "--data", self.lab.data)
+        self.lab.page = first_line(self.lab.soakd, log)
 
-        own = self.folder / "lab" / "data" / "procedures"
+    def start_station(self):
+        """A new laboratory: the fixture is turned by hand, its own procedures lie in the data folder, no station was ever set up."""
+        self.lab = LabSession(self.folder / "lab", units=1, rate=RATE)
+        self.addCleanup(self.stop_lab)
+        own = pathlib.Path(self.lab.data) / "procedures"
         own.mkdir(parents=True)
         (own / "our-soak.toml").write_text(named("our soak", runs=2), encoding="utf-8")
         (own / "our-check.toml").write_text(named("our check", purpose="verification"), encoding="utf-8")
-        self.start_lab(rate=1000, cut=("chamber",), edit=by_hand)
+        self.lab.start_soaksim()
+        self.proxies["chamber"] = FaultProxy(self.lab.ports["chamber"])
+        self.start_soakd()
+
+    def set_up(self):
+        """By the page that a first start opens, step by step."""
+        self.browser.go(self.lab.page)
+        self.choose("#chamber-map", "watlow-f4t.toml")
+        self.enter_address("chamber", self.proxies["chamber"].port)
+        self.click("#chamber-try")
+        self.see("#chamber-answer", "It answers. The air is at 2")
+        self.next_step("fixture")  # by hand, as it stands there
+        self.next_step("units")
+        self.choose("#unit_type", "mti-300")
+        self.enter_address("slots-0", self.lab.ports["units"][0])
+        self.click("#step-units summary")
+        self.choose("#power-way-choice", "map")
+        self.choose("#power-map", "modbus-relay.toml")
+        self.enter_address("power", self.lab.ports["relay"])
+        self.click("#power-try")
+        self.see("#power-answer", "It answers")
+        self.browser.type("#slots-0-power_output", "1")
+        self.next_step("site")
+        self.browser.type("#site-gravity_mps2", "9.80665")
+        self.next_step("alarms")
+        self.next_step("file")
+        self.see("#good", "The station takes it as it is.")
+        self.browser.type("#user", "Eva")
+        self.assertEqual(self.browser.console(), [])  # the page asks in vain while soakd begins its work
+        self.click("#write")
+        self.browser.wait("return location.pathname === '/' && document.querySelector('#air')?.innerText.startsWith('2')")
+
+    def enter_address(self, device, port):
+        self.browser.type(f"#{device}-host", "127.0.0.1")
+        self.browser.type(f"#{device}-port", str(port))
+
+    def next_step(self, step):
+        self.click("#next")
+        self.browser.wait("return document.querySelector('#steps [aria-current]').dataset.step === arguments[0]", step)
+
+    def run_fast(self):
+        """The station's clock like that of the simulated laboratory, which no page offers."""
+        self.browser.go("about:blank")
+        self.browser.console()
+        end(self.lab.soakd)
+        file = pathlib.Path(self.lab.data) / "station.toml"
+        file.write_text(f"{file.read_text(encoding='utf-8')}\n[clock]\nrate = {RATE}\n", encoding="utf-8")
+        self.start_soakd()
         self.browser.go(self.lab.page)
 
     def see(self, selector, text):
@@ -97,19 +149,17 @@ class Week(LabTest):
         self.browser.click(selector)
 
     def choose(self, selector, value):
-        self.browser.wait("return [...document.querySelector(arguments[0]).options].some((o) => o.value === arguments[1])", selector, value)
-        self.browser.run("""const choice = document.querySelector(arguments[0]); choice.value = arguments[1];
-            for (const kind of ['input', 'change']) choice.dispatchEvent(new Event(kind, { bubbles: true }));""", selector, value)
+        option = f"{selector} option[value='{value}']"
+        self.browser.wait("return document.querySelector(arguments[0])?.checkVisibility() && document.querySelector(arguments[1])", selector, option)
+        self.browser.click(option)
 
     def enter_reference(self):
         self.click("#to-records")
         self.see("#references-none", "No certificate is entered.")
         self.click("#records-view .entry summary")
         self.choose("#reference-kind", "fixture_squareness")
-        for name, text in (("name", "tumbling fixture"), ("certificate", "F-12"), ("uncertainty", "0.02")):
+        for name, text in (("name", "tumbling fixture"), ("certificate", "F-12"), ("issued", "01012026"), ("due", "01012099"), ("uncertainty", "0.02")):
             self.browser.type(f"#reference-{name}", text)
-        self.browser.run("""document.querySelector('#reference-issued').value = '2026-01-01';
-            document.querySelector('#reference-due').value = '2099-01-01';""")
         self.click("#reference-form button[type=submit]")
         self.see("#references", "tumbling fixture")
         self.click("#to-station")
@@ -117,9 +167,7 @@ class Week(LabTest):
     def start_from_page(self, file, name):
         self.choose("#start-choice", file)
         self.browser.type("#start-name", name)
-        serial = "#start-slots input"
-        self.browser.run("document.querySelector(arguments[0]).value = ''", serial)
-        self.browser.type(serial, SERIAL)
+        self.browser.type("#start-slots input", ALL_OF_IT + SERIAL)
         self.see("#start-review", f"{SERIAL}, type")
         self.browser.wait("return document.querySelector('#start-review .bad') === null")
         self.click("#start-send")
@@ -136,13 +184,13 @@ class Week(LabTest):
         self.lab.soakd.wait(30)
         self.browser.wait("return !document.querySelector('#lost').hidden")
         end(self.lab.soakd)
-        self.lab.start_soakd()
+        self.start_soakd()
         self.browser.go("about:blank")
         self.browser.console()
         self.browser.go(self.lab.page)
         self.see("#campaign-name", "first")
         self.see("#alerts", "Resume")
-        self.browser.type("#user", "Eva")  # another port is another station to the browser
+        self.browser.type("#user", "Eva")
         self.click("#resume")
         hands.go_on()
         self.confirm_by_itself()
@@ -157,21 +205,12 @@ class Week(LabTest):
 
     def import_recordings(self):
         """Five runs of the unit to be fitted, and a sixth that no fit sees."""
-        config, out = self.folder / "lagging.toml", self.folder / "lagging"
-        config.write_text((ROOT / "hal" / "sim" / "lab.toml").read_text(encoding="utf-8") + HIDDEN, encoding="utf-8")
-        subprocess.run([f"{bin_folder()}/soaksim-campaign", "--out", out, "--seed", "31", "--units", "1", "--design", "identical", "--config", config,
-                        "--truth", self.folder / "truth.json"], check=True, capture_output=True)
-        head, *rows = next((out / "campaign").glob("*.csv")).read_text(encoding="utf-8").splitlines(keepends=True)
-        run = head.rstrip().split(",").index("run")
-        for name, chosen, more in (("five", lambda label: label != "R06", ()),
-                                   ("sixth", lambda label: label == "R06", ("--campaign", "fresh", "--procedure", "verification"))):
-            path = self.write(f"{name}.csv", head + "".join(row for row in rows if chosen(row.split(",")[run])))
+        for path, more in zip(lagging_recordings(self.folder), ((), ("--campaign", "fresh", "--procedure", "verification"))):
             self.lab.soak("import", path, "--unit", LAGGING, "--gravity-mps2", "9.80665", "--simulated", *more)
 
     def open_unit(self, serial):
         self.click("#to-units")
-        self.browser.wait("return [...document.querySelectorAll('#units-list tbody a')].some((a) => a.innerText === arguments[0])", serial)
-        self.browser.run("[...document.querySelectorAll('#units-list tbody a')].find((a) => a.innerText === arguments[0]).click()", serial)
+        self.click(f"#units-list a[href='#unit={serial}']")
         self.see("#unit-title", serial)
 
     def close_the_gap(self):
@@ -222,7 +261,9 @@ class Week(LabTest):
 
     def test_from_the_first_start_to_the_file_for_the_firmware(self):
         self.start_station()
-        self.browser.type("#user", "Eva")
+        self.set_up()
+        self.run_fast()
+        self.browser.type("#user", "Eva")  # another port is another station to the browser
         self.enter_reference()
         self.start_from_page("our-soak.toml", "first")
         def at_the_second_run_s_last_plateau(status):
@@ -259,7 +300,7 @@ class Week(LabTest):
         self.lab.soak("runs", "verify")
         self.lab.soak("events", "verify")
         by_eva = self.query("SELECT kind, text FROM event WHERE user = 'Eva' ORDER BY ordinal")
-        self.assertIn("reference_added", [kind for kind, _ in by_eva])
+        self.assertEqual([kind for kind, _ in by_eva][:2], ["station_set_up", "reference_added"])
         self.assertEqual([text for kind, text in by_eva if kind == "job_started"], ["fit", "verify against check", "report", "export as blob", "release", "export as blob", "fit",
                                                                                            "gap_find", "gap_accept of sensor_lag", "gap_show", "fit"])
         self.assertEqual(self.browser.console(), [])

@@ -30,8 +30,8 @@ const parts = (text) => text.match(/[\\d.]+/g).map(Number);
 const behind = (node) => { for (let n = node; n; n = n.parentElement) { const c = parts(getComputedStyle(n).backgroundColor);
   if (c.length < 4 || c[3] === 1) return c; } return [255, 255, 255]; };
 const poor = [];
-for (const node of document.querySelectorAll("main *, header *, dialog *")) {
-  if (!node.offsetParent || node.disabled || ![...node.childNodes].some((n) => n.nodeType === 3 && n.data.trim())) continue;
+for (const node of document.querySelectorAll("body *")) {
+  if (node instanceof SVGElement || !node.checkVisibility() || node.disabled || ![...node.childNodes].some((n) => n.nodeType === 3 && n.data.trim())) continue;
   const [a, b] = [luminance(parts(getComputedStyle(node).color)), luminance(behind(node))];
   const ratio = (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05);
   if (ratio < 4.5) poor.push(`${ratio.toFixed(2)} ${node.outerHTML.slice(0, 120)}`);
@@ -158,6 +158,11 @@ class Browser:
         """Texts that do not stand out from what is behind them as WCAG 2.2, 1.4.3 asks."""
         return self.run(POOR_CONTRAST)
 
+    def loaded(self):
+        """[address, bytes without compression] of the page and of all that it has asked for."""
+        return self.run("""const all = [...performance.getEntriesByType('navigation'), ...performance.getEntriesByType('resource')];
+            return all.map(({ name, decodedBodySize }) => [name, decodedBodySize]);""")
+
     def downloaded(self, name):
         """What is saved under `name`. The browser reserves a name with an empty file and moves the whole content over it."""
         end = time.monotonic() + PATIENCE_S
@@ -168,9 +173,13 @@ class Browser:
             time.sleep(0.02)
         return file.read_bytes()
 
-    def screenshot(self, path):
-        """The whole page."""
-        data = self.devtools("Page.captureScreenshot", captureBeyondViewport=True)["data"]
+    def screenshot(self, path, most_px=None):
+        """What the screen shows, or with `most_px` the whole page down to there."""
+        more = {}
+        if most_px is not None:
+            width, height = self.run("return [innerWidth, document.documentElement.scrollHeight]")
+            more = {"captureBeyondViewport": True, "clip": {"x": 0, "y": 0, "width": width, "height": min(height, most_px), "scale": 1}}
+        data = self.devtools("Page.captureScreenshot", optimizeForSpeed=True, **more)["data"]
         pathlib.Path(path).write_bytes(base64.b64decode(data))
 
 

@@ -54,17 +54,18 @@ STORED = {"slots": [{"name": "1", "unit": "SN0042", "unit_type": "mti-300", "las
                          "begun_utc_s": 1789800000.0, "runs": 3, "units": ["SN0042"]}]}
 
 
-def soak_history(points=3000):
-    """Chamber and two units that follow it late, over 39000 s."""
-    t = [13.0 * i for i in range(points)]
+def soak_history(points=1600):
+    """Chamber and two units that follow it late, over 39000 s: as many numbers of as many digits as a station gives of a long campaign."""
+    t = [round(39000.0 / points * i, 2) for i in range(points)]
     set_point = [float([25, -20, 0, 20, 40, 60, 40, 20, 0, -20][int(10 * i / points)]) for i in range(points)]
     chamber, units, air, unit = [], {"SN0042": [], "SN0043": []}, 25.0, [25.0, 25.0]
     for i in range(points):
-        air += 0.05 * (set_point[i] - air)
-        unit = [u + k * (air - u) for u, k in zip(unit, (0.02, 0.012))]
-        chamber.append(air + 0.1 * math.sin(i / 3))
-        units["SN0042"].append(unit[0])
-        units["SN0043"].append(None if 1000 < i < 1200 else unit[1])
+        share = 39000.0 / points / 13.0  # of 13 s
+        air += (1 - 0.95 ** share) * (set_point[i] - air)
+        unit = [u + (1 - k ** share) * (air - u) for u, k in zip(unit, (0.98, 0.988))]
+        chamber.append(round(air + 0.1 * math.sin(i / 3), 2))
+        units["SN0042"].append(round(unit[0], 2))
+        units["SN0043"].append(None if points / 3 < i < 0.4 * points else round(unit[1], 2))
     return {"t_s": t, "chamber_c": chamber, "set_point_c": set_point, "units": units}
 
 

@@ -5,7 +5,6 @@ import contextlib
 import csv
 import functools
 import json
-import os
 import pathlib
 import re
 import shutil
@@ -19,16 +18,15 @@ import urllib.error
 import urllib.parse
 import urllib.request
 
-from browser import Browser, BrowserTest, long_test
-from real_soakd import ROOT, programs
+from browser import BrowserTest, long_test
+from lagging_unit import LAGGING, ROOT, lagging_recordings, simulate
+from real_soakd import programs
 from test_language import SHOWN
 from test_units import UnitStation
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "cli"))
 from soak_cli import check_schema  # noqa: E402
 
-LAGGING = "SN0042"
-HIDDEN = '\n[[hidden]]\neffect = "sensor_lag"\nmagnitude = 2.4\nseed = 31\n'
 ODD = '<img src=x onerror="document.title=1">'  # the serial number of the unit that is not like the others
 ODD_DPS = 3.0  # added to the rate of its gyro x; units of the simulator differ by a few tenths
 FLEET = 20
@@ -40,26 +38,17 @@ def stored_data():
     """A data folder with a unit whose elements lag behind its thermometer, fitted, and with twenty fitted units of one type; stations work
     on copies."""
     folder = pathlib.Path(tempfile.mkdtemp(prefix="soak-gap-"))
-    simulator = os.environ.get("SOAK_SIM_BIN", programs() / "soaksim-campaign")
-
-    def run(*words):
-        subprocess.run([str(word) for word in words], check=True, capture_output=True)
 
     def soak(*words):
-        run(programs() / "soak", *words, "--data", folder / "data")
+        subprocess.run([programs() / "soak", *map(str, words), "--data", folder / "data"], check=True, capture_output=True)
 
-    (folder / "lab.toml").write_text((ROOT / "hal" / "sim" / "lab.toml").read_text(encoding="utf-8") + HIDDEN, encoding="utf-8")
-    run(simulator, "--out", folder / "lag", "--seed", "31", "--units", "1", "--design", "identical", "--config", folder / "lab.toml", "--truth", folder / "truth.json")
-    lines = next((folder / "lag" / "campaign").glob("*.csv")).read_text(encoding="utf-8").splitlines(keepends=True)
-    column = lines[0].rstrip().split(",").index("run")
-    for name, keep in (("five", lambda label: label != "R06"), ("sixth", lambda label: label == "R06")):
-        (folder / f"{name}.csv").write_text("".join(lines[:1] + [line for line in lines[1:] if keep(line.split(",")[column])]), encoding="utf-8")
+    five, sixth = lagging_recordings(folder)
     common = ["--gravity-mps2", "9.80665", "--simulated"]
-    soak("import", folder / "five.csv", "--unit", LAGGING, *common)
-    soak("import", folder / "sixth.csv", "--unit", LAGGING, "--campaign", "check", "--procedure", "verification", *common)
+    soak("import", five, "--unit", LAGGING, *common)
+    soak("import", sixth, "--unit", LAGGING, "--campaign", "check", "--procedure", "verification", *common)
     soak("fit", "--unit", LAGGING, "--rules", "3")
 
-    run(simulator, "--out", folder / "many", "--seed", "7", "--units", str(FLEET), "--runs", "2", "--rows-per-position", "4")
+    simulate(folder / "many", "--seed", 7, "--units", FLEET, "--runs", 2, "--rows-per-position", 4)
     for path in sorted((folder / "many" / "campaign").glob("*.csv")):
         serial = path.stem
         if path.stem == f"SIM-{FLEET:04}":
@@ -590,35 +579,5 @@ class Page(BrowserTest, WithStation):
         self.assertEqual(len(ids), len(set(ids)), "ids are unique")
 
 
-def take_pictures(folder):
-    """Pictures for people to look at: test_gap_fleet.py --pictures FOLDER."""
-    soakd, browser = GapStation(), Browser()
-
-    def picture(name, place, ready):
-        for scheme in ("light", "dark"):
-            browser.colours(scheme)
-            for width in (390, 1280, 1920):
-                browser.resize(width, 900)
-                browser.go("about:blank")
-                browser.go(f"{soakd.url}#{place}")
-                browser.wait(ready)
-                browser.run("return new Promise((done) => setTimeout(done, 400))")
-                browser.screenshot(pathlib.Path(folder) / f"{name}-{scheme}-{width}.png")
-
-    unit = urllib.parse.urlencode({"unit": LAGGING})
-    soakd.ended(soakd.post("jobs", kind="gap_find", unit=LAGGING, user="Eva"))
-    picture("gap-found", unit, "return document.querySelector('#gap-maps table')")
-    soakd.ended(soakd.post("jobs", kind="gap_accept", unit=LAGGING, effects=["sensor_lag"], user="Eva"))
-    soakd.ended(soakd.post("jobs", kind="gap_show", unit=LAGGING, user="Eva"))
-    picture("gap-accepted", unit, "return document.querySelector('#gap-shown-table td')")
-    picture("fleet", "fleet=mti-300", "return document.querySelector('#fleet-sensors svg')")
-    picture("events", "events", "return document.querySelector('#audit tbody tr')")
-    browser.close()
-    soakd.close()
-
-
 if __name__ == "__main__":
-    if len(sys.argv) == 3 and sys.argv[1] == "--pictures":
-        take_pictures(sys.argv[2])
-    else:
-        unittest.main()
+    unittest.main()

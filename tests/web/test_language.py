@@ -4,13 +4,12 @@ import html.parser
 import json
 import pathlib
 import re
-import sys
 import unittest
 
 import jsonschema
 
-from browser import Browser, long_test
-from page_test import STORED, PageTest, Station, allan_noise, soak_history
+from browser import long_test
+from page_test import STORED, PageTest, allan_noise, soak_history
 from test_accessibility import AXE, SERIOUS
 from test_page_station import RATE_1, attitude, set_step, soak_plan
 
@@ -419,48 +418,5 @@ class German(LanguageTest):
         self.assert_german("login")
 
 
-def take_pictures(folder):
-    """Pictures of the German page for people to look at: test_language.py --pictures FOLDER."""
-    station, browser = Station(), Browser()
-    for command, document in (("plan", PLAN), ("history", soak_history()), ("noise", allan_noise()), ("stored", STORED)):
-        station.tell(f"{command} {json.dumps(document)}")
-    station.set("/clock", RATE_1)
-    set_step(station, PLAN, "move", run=1, visit=1, position="+X")
-    browser.go(station.url)
-    browser.run("localStorage.setItem('soak-language', 'de')")
-    for width in (1280, 390):
-        browser.resize(width, 900)
-        browser.go("about:blank")
-        browser.go(station.url)
-        browser.wait("return document.querySelector('#chart path.unit-1')?.getAttribute('d')")
-        browser.screenshot(pathlib.Path(folder) / f"de-{width}.png")
-        station.set("/prompt", {"id": 7, "text": "Turn", "code": "position", "about": {"position": "+X", "wrong": []}})
-        station.set("/units/0/attitude", attitude("+Y", "+X", False))
-        station.set("/state", "waiting")
-        station.set("/chamber/alarms", ["E-14"])
-        browser.wait_for_text("#prompt-text", "drehen")
-        browser.screenshot(pathlib.Path(folder) / f"de-{width}-prompt.png")
-        station.set("/prompt", None)
-        station.set("/chamber/alarms", [])
-        station.set("/state", "running")
-        browser.wait("return document.querySelector('#prompt-inner').hidden")
-        browser.click("#abort")
-        browser.screenshot(pathlib.Path(folder) / f"de-{width}-abort.png")
-        browser.click("#abort-cancel")
-    station.set("/state", "idle")
-    station.set("/campaign", None)
-    for width in (1280, 390):
-        browser.resize(width, 900)
-        browser.go("about:blank")
-        browser.go(station.url)
-        browser.wait_for_text("#stored-campaigns", "2026-10")
-        browser.screenshot(pathlib.Path(folder) / f"de-{width}-idle.png")
-    browser.close()
-    station.close()
-
-
 if __name__ == "__main__":
-    if len(sys.argv) == 3 and sys.argv[1] == "--pictures":
-        take_pictures(sys.argv[2])
-    else:
-        unittest.main()
+    unittest.main()

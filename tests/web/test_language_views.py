@@ -2,10 +2,8 @@
 """The views of what is stored, in German before a real `soakd` ($SOAK_BIN_FOLDER): no text is left in English that is not marked as such, and
 the English page has no German."""
 import getpass
-import pathlib
 import re
 import shutil
-import sys
 import unittest
 import urllib.parse
 
@@ -153,8 +151,7 @@ class Runs(Views):
 
     def test_the_first_view_weighs_at_most_300_kb(self):
         go(self.browser, self.soakd, "de", "station", "return document.querySelectorAll('#start-choice option').length > 0")
-        sizes = self.browser.run("""const all = [...performance.getEntriesByType('navigation'), ...performance.getEntriesByType('resource')];
-            return all.filter(({ name }) => !name.includes('/api/')).map(({ name, decodedBodySize }) => [name, decodedBodySize]);""")
+        sizes = self.browser.loaded()
         self.assertGreater(len(sizes), 20)
         self.assertFalse([name for name, _ in sizes if re.search("run_view|text_runs|dygraph.min.js", name)])
         self.assertLessEqual(sum(size for _, size in sizes), 300_000, sizes)
@@ -265,23 +262,5 @@ class Units(Views):
         self.assert_accessible_and_not_too_wide()
 
 
-def take_pictures(folder):
-    """Pictures of the German views for people to look at: test_language_views.py --pictures FOLDER."""
-    browser = Browser()
-    for soakd, find_places in ((StoredRuns(), places), (JudgedUnit(), unit_places)):
-        for scheme in ("light", "dark"):
-            browser.colours(scheme)
-            for view, (place, ready) in find_places(soakd).items():
-                go(browser, soakd, "de", place, ready)
-                for width in (1280, 390):
-                    browser.resize(width, 900)
-                    browser.screenshot(pathlib.Path(folder) / f"de-{view}-{width}-{scheme}.png")
-        soakd.close()
-    browser.close()
-
-
 if __name__ == "__main__":
-    if len(sys.argv) == 3 and sys.argv[1] == "--pictures":
-        take_pictures(sys.argv[2])
-    else:
-        unittest.main()
+    unittest.main()

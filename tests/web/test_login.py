@@ -7,6 +7,7 @@ import ssl
 import subprocess
 import unittest
 
+from test_accessibility import AXE, serious  # first: see there
 from browser import BROWSER, DRIVER, Browser
 from guarded_station import GuardedStation, password_of
 from real_soakd import programs
@@ -161,6 +162,15 @@ class Page(Station):
         browser.wait_for_text("h1", "Log in")
         browser.go(self.station.url)
         browser.wait_for_text("h1", "Log in")
+
+    @unittest.skipUnless(AXE.exists(), "skipped: axe-core is not there; npm ci --ignore-scripts --prefix tests/web brings it")
+    def test_nothing_serious_is_found_at_the_door(self):
+        self.browser.go(self.station.url)
+        self.browser.wait_for_text("h1", "Log in")
+        self.assertEqual(serious(self.browser), [])
+        self.log_in("eva", "some password")
+        self.browser.wait_for_text("#failure", "not known")
+        self.assertEqual(serious(self.browser), [])
 
     def buttons(self):
         """Names of the buttons that are seen in any view of the page."""

@@ -1,12 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """The station's page in a real browser, before a scripted laboratory ($TEST_PAGE_SERVER)."""
 import json
-import pathlib
-import sys
 import unittest
 
-from browser import Browser
-from page_test import PageTest, Station, allan_noise, soak_history
+from page_test import STORED, PageTest, allan_noise, soak_history
+from test_page_station import soak_plan
 
 
 class Page(PageTest):
@@ -131,9 +129,9 @@ class Page(PageTest):
                   for name in ("chamber", "set")}
         # The highest point of the chamber's line stands where its highest temperature does.
         (x0, _), (x1, _) = points["chamber"][0], points["chamber"][-1]
-        warmest = max(range(3000), key=lambda i: history["chamber_c"][i])
+        warmest = max(range(len(history["t_s"])), key=lambda i: history["chamber_c"][i])
         top = min(y for _, y in points["chamber"])
-        at = x0 + (x1 - x0) * warmest / 2999
+        at = x0 + (x1 - x0) * warmest / (len(history["t_s"]) - 1)
         self.assertTrue(any(abs(x - at) < 2 and y <= top + 0.1 for x, y in points["chamber"]))
         # Equal steps of the set point are equal steps on the screen: 60, 40, 25, 20, 0, -20.
         levels = sorted({y for _, y in points["set"]})
@@ -197,6 +195,18 @@ class Page(PageTest):
             self.browser.close_tab()
         self.browser.switch(others[0])
 
+    def test_the_first_view_with_the_history_of_a_long_campaign_weighs_at_most_300_kb(self):
+        """Answers of the interface included. The plan is that of a short campaign: one of twenty runs has 1.2 MB by itself."""
+        for command, document in (("history", soak_history()), ("plan", soak_plan()), ("noise", allan_noise()), ("stored", STORED)):
+            self.station.tell(f"{command} {json.dumps(document)}")
+        for i in range(100):
+            self.station.tell(f"log plateau {i} reached")
+        self.open()
+        self.browser.wait("return document.querySelector('#chart path.unit-1')?.getAttribute('d') && document.querySelectorAll('#log li').length === 100")
+        sizes = self.browser.loaded()
+        self.assertGreater(dict(sizes)[f"{self.station.url}api/v1/history"], 40_000)
+        self.assertLessEqual(sum(size for _, size in sizes), 300_000, sizes)
+
     def test_fits_narrow_screens(self):
         self.station.tell("history " + json.dumps(soak_history()))
         self.station.tell("noise " + json.dumps(allan_noise()))
@@ -252,43 +262,5 @@ return low;
 """
 
 
-def take_pictures(folder):
-    """Pictures of the page for people to look at: test_page.py --pictures FOLDER."""
-    station, browser = Station(), Browser()
-    station.tell("history " + json.dumps(soak_history()))
-    station.tell("noise " + json.dumps(allan_noise()))
-    for text in ("campaign acceptance started", "run 2 began", "plateau −20 °C reached", "recording +X"):
-        station.tell("log " + text)
-    for scheme in ("light", "dark"):
-        browser.colours(scheme)
-        for width in (1280, 390):
-            browser.resize(width, 900)
-            browser.go(station.url)
-            browser.wait("return document.querySelector('#chart path.unit-1')?.getAttribute('d')")
-            browser.run("document.querySelector('#noise').scrollIntoView()")
-            browser.wait("return document.querySelector('#noise-chart path')?.getAttribute('d')")
-            browser.run("scrollTo(0, 0)")
-            browser.screenshot(pathlib.Path(folder) / f"{scheme}-{width}.png")
-            station.set("/prompt", {"id": 12, "text": "Turn the fixture to −Z up, close the door, then confirm."})
-            station.set("/state", "waiting")
-            station.set("/chamber/alarms", ["compressor over-pressure"])
-            browser.wait_for_text("#prompt-text", "Turn")
-            browser.screenshot(pathlib.Path(folder) / f"{scheme}-{width}-prompt.png")
-            station.set("/prompt", None)
-            station.set("/state", "running")
-            station.set("/chamber/alarms", [])
-    browser.click("#abort")
-    browser.screenshot(pathlib.Path(folder) / "abort.png")
-    station.tell("stop")
-    browser.press("Escape")
-    browser.wait_for_text("#lost", "No connection")
-    browser.screenshot(pathlib.Path(folder) / "lost.png")
-    browser.close()
-    station.close()
-
-
 if __name__ == "__main__":
-    if len(sys.argv) == 3 and sys.argv[1] == "--pictures":
-        take_pictures(sys.argv[2])
-    else:
-        unittest.main()
+    unittest.main()

@@ -2,12 +2,10 @@
 """What the station's page tells a technician to do, in a real browser, before a scripted laboratory."""
 import datetime
 import json
-import pathlib
-import sys
 import unittest
 
-from browser import Browser, long_test
-from page_test import STORED, PageTest, Station, soak_history
+from browser import long_test
+from page_test import PageTest, soak_history
 
 RATE_1 = {"rate": 1.0, "process_s": 39000.0, "utc_s": 1790000650.0}
 
@@ -598,90 +596,5 @@ class TimeAxis(StationTest):
         self.assertIn("2 h", labels)
 
 
-def states(station):
-    """Name and script of each state that people look at."""
-    plan = soak_plan()
-    station.tell("plan " + json.dumps(plan))
-    station.set("/clock", RATE_1)
-    station.set("/simulated", False)
-    station.set("/units/0/state", "streaming")
-    station.set("/units/1/state", "streaming")
-    station.set("/units/1/temp_c", -18.7)
-    for unit in (0, 1):
-        station.set(f"/units/{unit}/attitude", attitude("+X", "+X", True))
-    set_step(station, plan, "record", run=1, visit=1, position="+X")
-    yield "running"
-    station.set("/units/1/attitude", attitude("+Y", "+X", False))
-    station.set("/units/0/attitude", attitude("+Y", "+X", False))
-    set_step(station, plan, "move", run=1, visit=1, position="+X")
-    station.set("/prompt", {"id": 7, "text": "Turn the fixture so that its +X points up, then confirm."})
-    station.set("/state", "waiting")
-    yield "turn"
-    station.set("/units/0/attitude", attitude("-X", "+X", False))
-    yield "half-turn"
-    station.set("/prompt", None)
-    station.set("/units/1/attitude", attitude("+X", "+X", True))
-    station.set("/units/0/attitude", attitude("+X", "+X", True))
-    station.set("/chamber/connected", False)
-    station.set("/chamber/air_c", None)
-    station.set("/reason", "the chamber does not answer: no answer within 1 s")
-    yield "silent"
-    station.set("/chamber/connected", True)
-    station.set("/chamber/air_c", 24.6)
-    station.set("/state", "paused")
-    station.set("/reason", "paused by Eva")
-    station.set("/units/0/temp_c", 24.1)
-    station.set("/units/1/temp_c", 24.4)
-    yield "paused"
-    station.set("/units/0/attitude", attitude("+X", "+X", False))
-    station.set("/prompt", {"id": 8, "text": "Turn the fixture so that its +X points up, then confirm."})
-    set_step(station, plan, "move", run=1, visit=1, position="+X")
-    station.set("/state", "waiting")
-    station.set("/reason", None)
-    yield "tilted"
-    station.set("/prompt", None)
-    for unit in (0, 1):
-        station.set(f"/units/{unit}/state", "closed")
-        station.set(f"/units/{unit}/temp_c", None)
-        station.set(f"/units/{unit}/attitude", None)
-    station.set("/campaign", None)
-    station.set("/state", "stopping")
-    station.set("/reason", "soakd ended during the campaign; heating and cooling cannot be switched off: go to the chamber "
-                           "and switch them off by hand")
-    yield "stopping"
-    station.set("/state", "interrupted")
-    station.set("/reason", "soakd ended during the campaign")
-    station.set("/resumable", "acceptance")
-    station.tell("stored " + json.dumps(STORED))
-    yield "interrupted"
-    station.set("/state", "idle")
-    station.set("/reason", None)
-    station.set("/resumable", None)
-    yield "idle"
-
-
-def take_pictures(folder):
-    """Pictures of the states for people to look at: test_page_station.py --pictures FOLDER."""
-    browser = Browser()
-    for scheme in ("light", "dark"):
-        browser.colours(scheme)
-        for width in (1280, 390):
-            station = Station()
-            station.tell("history " + json.dumps(soak_history()))
-            browser.resize(width, 900)
-            for name in states(station):
-                browser.go(station.url)
-                browser.wait("return document.querySelector('#version').innerText.startsWith('Soak 0')")
-                browser.wait("return document.querySelector('#chart path')")
-                browser.run("return new Promise((done) => setTimeout(done, 300))")
-                browser.screenshot(pathlib.Path(folder) / f"{name}-{scheme}-{width}.png")
-            browser.go("about:blank")
-            station.close()
-    browser.close()
-
-
 if __name__ == "__main__":
-    if len(sys.argv) == 3 and sys.argv[1] == "--pictures":
-        take_pictures(sys.argv[2])
-    else:
-        unittest.main()
+    unittest.main()

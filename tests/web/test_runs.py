@@ -9,7 +9,7 @@ import unittest
 import urllib.error
 import urllib.parse
 
-from browser import Browser, BrowserTest, long_test
+from browser import BrowserTest, long_test
 from real_soakd import Soakd
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "cli"))
@@ -441,30 +441,5 @@ class Void(WithBrowser):
         self.assertEqual(self.browser.console(), [])
 
 
-def take_pictures(folder):
-    """Pictures for people to look at: test_runs.py --pictures FOLDER."""
-    soakd, browser = StoredRuns(), Browser()
-    run = next(run for run in soakd.get("runs")["runs"] if run["run"] == "R01")
-    places = {"runs": "runs", "run": urllib.parse.urlencode({"run": run["run_id"], "unit": "SN1"})}
-    places["samples"] = places["run"] + "&from=190&to=310"
-    for scheme in ("light", "dark"):
-        browser.colours(scheme)
-        for width in (390, 1280, 1920):
-            browser.resize(width, 900)
-            for name, place in places.items():
-                browser.go("about:blank")
-                browser.go(f"{soakd.url}#{place}")
-                browser.wait("return document.querySelector('#runs-campaigns table') || (document.querySelector('#strip-panels canvas') && document.querySelector('#strip').ariaBusy === 'false')")
-                browser.run("return new Promise((done) => setTimeout(done, 300))")
-                browser.screenshot(pathlib.Path(folder) / f"{name}-{scheme}-{width}.png")
-            browser.run("document.querySelector('#segments tbody tr:nth-child(4) button:nth-of-type(2)').click()")
-            browser.screenshot(pathlib.Path(folder) / f"void-{scheme}-{width}.png")
-    browser.close()
-    soakd.close()
-
-
 if __name__ == "__main__":
-    if len(sys.argv) == 3 and sys.argv[1] == "--pictures":
-        take_pictures(sys.argv[2])
-    else:
-        unittest.main()
+    unittest.main()

@@ -18,7 +18,7 @@ import urllib.error
 import urllib.parse
 import urllib.request
 
-from browser import Browser, BrowserTest, long_test
+from browser import BrowserTest, long_test
 from real_soakd import Soakd, programs
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "cli"))
@@ -580,39 +580,5 @@ class Page(BrowserTest, WithStation):
         self.assertEqual(len(ids), len(set(ids)), "ids are unique")
 
 
-def take_pictures(folder):
-    """Pictures for people to look at: test_units.py --pictures FOLDER."""
-    soakd, browser = UnitStation(), Browser()
-    def open_unit():
-        browser.go("about:blank")
-        browser.go(f"{soakd.url}#unit={SERIAL}")
-        browser.wait("return !document.querySelector('#unit-work').hidden")
-        browser.run("return new Promise((done) => setTimeout(done, 400))")
-    def picture(name):
-        for scheme in ("light", "dark"):
-            browser.colours(scheme)
-            for width in (390, 1280, 1920):
-                browser.resize(width, 900)
-                browser.run("return new Promise((done) => setTimeout(done, 150))")
-                browser.screenshot(pathlib.Path(folder) / f"{name}-{scheme}-{width}.png")
-    open_unit()
-    picture("new")
-    soakd.ended(soakd.post("jobs", kind="fit", unit=SERIAL, user="Eva"))
-    soakd.ended(soakd.post("jobs", kind="verify", unit=SERIAL, campaign="verification", user="Eva"))
-    soakd.ended(soakd.post("jobs", kind="export", unit=SERIAL, format="blob", user="Eva"))
-    soakd.ended(soakd.post("jobs", kind="report", unit=SERIAL, user="Eva"))
-    soakd.post("jobs", kind="fit", unit=SERIAL, user="Eva")
-    open_unit()
-    picture("passed")
-    browser.go(f"{soakd.url}#units")
-    browser.wait("return document.querySelector('#units-list tbody tr')")
-    picture("list")
-    browser.close()
-    soakd.close()
-
-
 if __name__ == "__main__":
-    if len(sys.argv) == 3 and sys.argv[1] == "--pictures":
-        take_pictures(sys.argv[2])
-    else:
-        unittest.main()
+    unittest.main()
