@@ -19,6 +19,14 @@ function verifiedText(units, notVerified, skipped) {
   return [judgedText(units), ...counted.map(([count, text]) => text(count))].filter(Boolean).join(" ");
 }
 
+function fittedText(units) {
+  const skipped = countOf(units, "result", "skipped");
+  const text = U.batch.fitted(countOf(units, "result", "fitted"), countOf(units, "result", "up_to_date"), countOf(units, "result", "failed"));
+  return skipped === 0 ? text : `${text} ${U.batch.noRuns(skipped)}`;
+}
+
+const skippedText = ({ skipped }) => (skipped.length > 0 ? ` ${U.batch.skipped(skipped.length)}` : "");
+
 /**
  * One sentence on all units, also of a job that was cut short; "" where it came to none.
  * @param {import("./documents.mjs").Job} job
@@ -26,7 +34,8 @@ function verifiedText(units, notVerified, skipped) {
 export function batchText({ kind, state, result }) {
   const units = result?.units ?? [];
   if (kind === "fit_all" && result === null) return state === "cancelled" ? U.batch.fitCancelled : "";
-  if (kind === "fit_all") return U.batch.fitted(countOf(units, "result", "fitted"), countOf(units, "result", "up_to_date"), countOf(units, "result", "failed"));
+  if (kind === "export_all") return result === null ? "" : `${U.handOver.done(units.length)}${skippedText(result)}`;
+  if (kind === "fit_all") return fittedText(units);
   if (kind === "verify_all") return verifiedText(units, result?.not_verified ?? [], result?.skipped ?? []);
   if (units.length === 0) return "";
   const released = countOf(units, "state", "released");
@@ -54,8 +63,9 @@ export function restOf({ kind, result }) {
   if (kind === "fit_all") {
     return units.filter((unit) => unit.result === "failed").map(({ unit, message }) => ({ unit, parts: [U.batch.why(null), { english: message }] }));
   }
+  const because = (text) => ({ unit, message }) => ({ unit, parts: [text, { english: message }] });
+  if (kind === "export_all") return (result?.skipped ?? []).map(because(U.batch.whySkipped));
   if (kind === "verify_all") {
-    const because = (text) => ({ unit, message }) => ({ unit, parts: [text, { english: message }] });
     return [
       ...(result?.not_verified ?? []).map(because(U.batch.whyNotVerified)),
       ...units.filter(({ verdict }) => verdict !== "pass").map(({ unit, model, verdict }) => ({ unit, parts: [`${U.batch.why(model)}${verdictOf(verdict).title}`] })),

@@ -12,9 +12,9 @@ from guarded_station import ROLES, UNIT, GuardedStation, password_of, read_all
 from soak_cli import check_schema
 
 READS = ["status", "plan", "history", "stored", "noise?unit=x", "log", "runs", f"run?run=x&unit={UNIT}", "run/series", "units",
-         f"unit?unit={UNIT}", "jobs", "job?id=1", "job/file?id=1", "events", "session", "alarms", "key"]
+         f"unit?unit={UNIT}", f"unit/file?unit={UNIT}&format=json", "jobs", "job?id=1", "job/file?id=1", "events", "session", "alarms", "key"]
 COMMANDS = ["campaign/start", "campaign/queue", "campaign/look", "campaign/unqueue", "campaign/next", "campaign/pause", "campaign/resume", "campaign/abort",
-            "campaign/confirm", "jobs", "jobs/cancel", "run/void", "unit/epoch", "alarms/test", "key/new", "logout"]
+            "campaign/confirm", "jobs", "jobs/cancel", "run/void", "unit/epoch", "model/withdraw", "alarms/test", "key/new", "logout"]
 ABORT = {"reason": "smoke"}
 SLOW = 200
 
@@ -79,11 +79,12 @@ class Attacker(unittest.TestCase):
             answers = [self.station.post(path, body, cookie) for path, body in (("campaign/abort", ABORT), ("run/void", void), ("jobs", export))]
             self.assertEqual(tuple(answer[0] for answer in answers), expected, [answer[2] for answer in answers])
         repair = {"unit": UNIT, "reason": "board repaired"}
-        for path, body in (("jobs", {"kind": "release", "unit": UNIT}), ("jobs", {"kind": "release_all"}), ("unit/epoch", repair)):
+        for path, body in (("jobs", {"kind": "release", "unit": UNIT}), ("jobs", {"kind": "release_all"}), ("jobs", {"kind": "export_all", "format": "blob"}), ("unit/epoch", repair),
+                           ("model/withdraw", {"unit": UNIT, "model": 1, "reason": "wrong reference"})):
             status, _, body = self.station.post(path, body, self.station.cookie("otto"))
             self.assertEqual(status, 403)
             self.assertIn("needs the role engineer", body)
-        for path, body in (("jobs", {"kind": "fit_all"}), ("jobs", {"kind": "verify_all", "campaign": "none"})):
+        for path, body in (("jobs", {"kind": "fit_all"}), ("jobs", {"kind": "verify_all", "campaign": "none"}), ("jobs", {"kind": "report_campaign", "campaign": "none"})):
             self.assertIn("needs the role operator", self.station.post(path, body, self.station.cookie("vera"))[2])
         self.assertEqual(self.station.post("jobs", {"kind": "verify_all", "campaign": "none"}, self.station.cookie("otto"))[0], 400)
         status, _, body = self.station.post("unit/epoch", repair, self.station.cookie("eva"))
