@@ -184,7 +184,7 @@ class HandOver(BrowserTest):
         key = self.soakd.post("key/new", comment="Laboratory 1", user="Eva")["key"]
         self.assertEqual(self.soakd.refusal("jobs", kind="export_all", format="kalibr"), (400, "format"))
         self.browser.go(f"{self.soakd.url}#units")
-        self.browser.wait("return !document.querySelector('#units-export').disabled")
+        self.browser.wait("const b = document.querySelector('#units-export'); return !b.disabled && b.offsetParent !== null")
         self.browser.click("#units-simulated")
         self.browser.click("#units-export")
         self.see("#units-last-job", "Hand-over: all units, their released models, as Calibration file (.soakcal)")
