@@ -12,7 +12,6 @@ const CLICKS = {
   voided_since: "Click Fit, then verify the new model and make its report.",
   runs_left_since: "Click Search under Gap: it shows whether the effect is still found without them.",
   copied_runs: "No action needed, they count once. To be rid of the copies, open the run in Campaigns and click Void this run.",
-  term_not_evaluated: "Record the column that the effect needs.",
   check_standard_out_of_control: "Find what changed in the station before you hand anything over; Help has it under Check standards.",
 };
 

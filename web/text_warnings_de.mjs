@@ -23,7 +23,7 @@ export const WARNINGS = {
   runs_left_since: ["Läufe sind weggefallen", "Unter „Lücke“ auf „Suchen“ klicken: Dort zeigt sich, ob der Effekt auch ohne sie gefunden wird."],
   copied_runs: ["mehrfach vorhandene Läufe", "Nichts zu tun, sie zählen einmal; wer die Kopien loswerden will, öffnet den Lauf unter „Kampagnen“ und erklärt ihn für ungültig."],
   unit_type_unknown: ["Typ des Prüflings unbekannt", "Die Datei des Typs in procedures/units anlegen, dann neu anpassen."],
-  term_not_evaluated: ["angenommener Effekt nicht abgezogen", "Die Spalte aufzeichnen, die der Effekt braucht."],
+  term_not_evaluated: ["angenommener Effekt nicht abgezogen", "Die Spalte aufzeichnen, die der Effekt braucht, oder ihn zurückziehen: soak gap withdraw."],
   few_runs: ["wenige Läufe", "Mehr Läufe aufzeichnen: Für einen Fehler an ungesehenen Läufen muss der Prüfling mindestens dreimal eingeschaltet worden sein."],
   one_way: ["nur in einer Richtung", "Einen Prüfablauf aufzeichnen, der heizt und kühlt (sweep = \"up_down\", etwa six-position-both-ways), oder die Hysterese im Typ des Prüflings angeben."],
   one_run: ["ein einziger Lauf", "Mehr Läufe aufzeichnen, mit mindestens dreimaligem Einschalten."],
