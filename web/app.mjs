@@ -241,7 +241,7 @@ connectButtons();
 connectAlerts();
 connectViews({
   station: { open: () => Promise.all([startForm.open(), storedCard.open()]) },
-  runs: whenAsked(["runs"], async () => heeding(new (await import("./runs_view.mjs")).RunsView())),
+  runs: whenAsked(["runs"], async () => heeding(new (await import("./runs_view.mjs")).RunsView(userName))),
   run: whenAsked(["runs"], async () => new (await import("./run_view.mjs")).RunView(operator)),
   units: whenAsked(["units", "runs"], async () => heeding(new (await import("./units_view.mjs")).UnitsView(userName))),
   unit: whenAsked(["units", "gap", "runs"], async () => heeding(new (await import("./unit_view.mjs")).UnitView(userName))),

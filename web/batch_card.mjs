@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fit, verification and release of all units at once: what there is to do, the job that does it, and what became of the last one.
+// Fit, verification, release and hand-over of all units at once: what there is to do, the job that does it, and what became of the last one.
 
 import { get, looksForJobs, post } from "./api.mjs";
 import { $, element, say, show, tell } from "./dom.mjs";
 import { clock } from "./format.mjs";
 import { endedText, runningText } from "./job_words.mjs";
 import { batchText, messageOf, restOf } from "./batch_words.mjs";
+import { fileLink } from "./file_link.mjs";
 import { badge } from "./runs_view.mjs";
 import { U } from "./unit_words.mjs";
 import { unitAddress } from "./views.mjs";
@@ -13,14 +14,15 @@ import { openCampaign } from "./words.mjs";
 
 const LOOK_AGAIN_MS = 1000;
 const LOOKS_AT_OTHERS = 10; // every so many times where no job is known to run
-const BUTTONS = { fit_all: "units-fit", verify_all: "units-verify", release_all: "units-release" };
+const BUTTONS = { fit_all: "units-fit", verify_all: "units-verify", release_all: "units-release", export_all: "units-export" };
+const OF_RUNS = "kalibr"; // the one format that is not of a model
 
 export class BatchCard {
   #userName;
   #changed;
   #running = null; // the job that is under way, of whatever unit
   #shown = null; // number of the job of all units that is shown as the last; 0: none; null: nobody has looked
-  #can = { fit_all: false, verify_all: false, release_all: false };
+  #can = { fit_all: false, verify_all: false, release_all: false, export_all: false };
   #asked = false; // somebody has asked for a job, and the station has not answered
   #picked = false; // somebody has chosen the campaign to verify with
   #campaigns = []; // those with check runs, the newest first
@@ -32,6 +34,7 @@ export class BatchCard {
     this.#userName = userName;
     this.#changed = changed;
     for (const [kind, button] of Object.entries(BUTTONS)) $(button).addEventListener("click", () => this.#start(kind));
+    $("units-format").append(...Object.entries(U.formats).filter(([value]) => value !== OF_RUNS).map(([value, text]) => new Option(text, value)));
     $("units-cancel").addEventListener("click", () => this.#cancel());
     $("units-campaign").addEventListener("change", () => {
       this.#picked = true;
@@ -52,7 +55,7 @@ export class BatchCard {
     const verified = units.filter(({ model }) => model?.state === "verified");
     const may = verified.filter(({ release }) => release?.obstacles.length === 0);
     const notSearched = may.filter(({ gap_searched: isSearched }) => !isSearched).length;
-    this.#can = { fit_all: toFit > 0, verify_all: campaigns.length > 0 && units.some(({ model }) => model !== null), release_all: may.length > 0 };
+    this.#can = { fit_all: toFit > 0, verify_all: campaigns.length > 0 && units.some(({ model }) => model !== null), release_all: may.length > 0, export_all: units.some(({ model }) => model !== null && (model.state === "released" || model.version > 1)) };
     show($("units-batch"), units.length > 0);
     say($("units-to-fit"), `${U.batch.toFit(toFit)} ${U.batch.leftAlone}`);
     const blocked = verified.length - may.length;
@@ -87,8 +90,8 @@ export class BatchCard {
   }
 
   async #start(kind) {
-    const campaign = kind === "verify_all" ? { campaign: $("units-campaign").value } : {};
-    await this.#ask(kind, "jobs", { kind, ...campaign, user: this.#userName() });
+    const own = { verify_all: () => ({ campaign: $("units-campaign").value }), export_all: () => ({ format: $("units-format").value, simulated: $("units-simulated").checked }) };
+    await this.#ask(kind, "jobs", { kind, ...own[kind]?.(), user: this.#userName() });
   }
 
   async #cancel() {
@@ -119,7 +122,7 @@ export class BatchCard {
   async #take(jobs) {
     this.#running = jobs.find(({ state }) => state === "running") ?? null;
     this.#showRunning();
-    const last = jobs.find(({ unit, state }) => unit === "" && state !== "running");
+    const last = jobs.find(({ kind, state }) => Object.hasOwn(BUTTONS, kind) && state !== "running");
     const isNews = last !== undefined && last.id !== this.#shown;
     const isFirst = this.#shown === null;
     if (isNews) this.#showLast(await get(`job?${new URLSearchParams({ id: String(last.id) })}`));
@@ -143,6 +146,7 @@ export class BatchCard {
     const { title, badge: mark } = endedText(job);
     $("units-last-job").replaceChildren(badge(mark), " ", element("strong", U.batch.last(title)), " ",
       Object.assign(element("span", `${clock(job.ended_utc_s ?? job.started_utc_s)}, ${job.user}`), { className: "why" }));
+    if (job.file) $("units-last-job").append(" ", fileLink(job));
     say($("units-last-text"), batchText(job));
     const message = messageOf(job);
     show($("units-last-message"), message !== null);

@@ -21,9 +21,12 @@ function verifiedText(units, notVerified, skipped) {
 
 /** `isKnown`: whether the job has said what it came to; one that was killed has not. */
 function fittedText(units, state, isKnown) {
+  const skipped = countOf(units, "result", "skipped");
   const said = isKnown ? [U.batch.fitted(countOf(units, "result", "fitted"), countOf(units, "result", "up_to_date"), countOf(units, "result", "failed"))] : [];
-  return [...said, ...(state === "cancelled" ? [U.batch.fitCancelled(isKnown)] : [])].join(" ");
+  return [...said, ...(skipped > 0 ? [U.batch.noRuns(skipped)] : []), ...(state === "cancelled" ? [U.batch.fitCancelled(isKnown)] : [])].join(" ");
 }
+
+const skippedText = ({ skipped }) => (skipped.length > 0 ? ` ${U.batch.skipped(skipped.length)}` : "");
 
 /**
  * One sentence on all units, also of a job that was cut short; "" where it came to none.
@@ -32,6 +35,7 @@ function fittedText(units, state, isKnown) {
 export function batchText({ kind, state, result }) {
   const units = result?.units ?? [];
   if (kind === "fit_all") return fittedText(units, state, state === "cancelled" ? units.length > 0 : result !== null);
+  if (kind === "export_all") return result === null ? "" : `${U.handOver.done(units.length)}${skippedText(result)}`;
   if (kind === "verify_all") return verifiedText(units, result?.not_verified ?? [], result?.skipped ?? []);
   if (units.length === 0) return "";
   const released = countOf(units, "state", "released");
@@ -59,8 +63,9 @@ export function restOf({ kind, result }) {
   if (kind === "fit_all") {
     return units.filter((unit) => unit.result === "failed").map(({ unit, message }) => ({ unit, parts: [U.batch.why(null), { english: message }] }));
   }
+  const because = (text) => ({ unit, message }) => ({ unit, parts: [text, { english: message }] });
+  if (kind === "export_all") return (result?.skipped ?? []).map(because(U.batch.whySkipped));
   if (kind === "verify_all") {
-    const because = (text) => ({ unit, message }) => ({ unit, parts: [text, { english: message }] });
     return [
       ...(result?.not_verified ?? []).map(because(U.batch.whyNotVerified)),
       ...units.filter(({ verdict }) => verdict !== "pass").map(({ unit, model, verdict }) => ({ unit, parts: [`${U.batch.why(model)}${verdictOf(verdict).title}`] })),

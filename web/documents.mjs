@@ -179,8 +179,8 @@
 /**
  * @typedef {object} Job
  * @property {number} id
- * @property {"fit" | "verify" | "report" | "release" | "fit_all" | "verify_all" | "release_all" | "export" | "gap_find" | "gap_accept" | "gap_show"} kind
- * @property {string} unit "" of all
+ * @property {"fit" | "verify" | "report" | "release" | "fit_all" | "verify_all" | "release_all" | "export_all" | "report_campaign" | "export" | "gap_find" | "gap_accept" | "gap_show"} kind
+ * @property {string} unit "" of several
  * @property {number | null} [model] that it works on; absent in jobs kept before jobs said it
  * @property {string | null} campaign
  * @property {string | null} format
@@ -287,6 +287,7 @@
  * @property {number} created_utc_s
  * @property {Term[]} terms
  * @property {"fitted" | "verified" | "released" | "withdrawn"} state
+ * @property {{reason: string, user: string, utc_s: number} | null} withdrawn
  * @property {boolean} simulated
  * @property {Impact | null} impact
  * @property {Record<string, Sensor>} sensors

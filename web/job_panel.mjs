@@ -3,8 +3,9 @@
 
 import { get, looksForJobs, post } from "./api.mjs";
 import { $, element, say, show, tell } from "./dom.mjs";
+import { fileLink } from "./file_link.mjs";
 import { clock } from "./format.mjs";
-import { endedText, isVerdictVoid, madeFrom, runningText, verbOf } from "./job_words.mjs";
+import { endedText, isVerdictVoid, madeFrom, runningText, verbOf, voidOf } from "./job_words.mjs";
 import { obstacleParts } from "./obstacle_words.mjs";
 import { badge } from "./runs_view.mjs";
 import { campaignToVerifyWith, isBeingChecked, nextOf, U, verdictOf } from "./unit_words.mjs";
@@ -253,12 +254,12 @@ export class JobPanel {
 
   /** Anew only where they say something else: somebody may be about to press a download. */
   #showEnded() {
-    const lines = this.#ended.map((job) => ({ job, from: madeFrom(job, this.#unit), isOver: isVerdictVoid(job, this.#unit) }));
+    const lines = this.#ended.map((job) => ({ job, from: madeFrom(job, this.#unit), isOver: isVerdictVoid(job, this.#unit), not: voidIn(job, this.#unit) }));
     const judged = this.#unit?.verification ?? null;
-    const about = lines.map(({ job, from, isOver }) => `${job.id} ${from} ${isOver} ${verdictIn(job, judged)}`).join("\n");
+    const about = lines.map(({ job, from, isOver, not }) => `${job.id} ${from} ${isOver} ${verdictIn(job, judged)} ${JSON.stringify(not)}`).join("\n");
     if (about === this.#lines) return;
     this.#lines = about;
-    $("unit-jobs").replaceChildren(...lines.map(({ job, from, isOver }) => jobLine(job, from, verdictIn(job, judged), isOver)));
+    $("unit-jobs").replaceChildren(...lines.map(({ job, from, isOver, not }) => jobLine(job, from, verdictIn(job, judged), isOver, not)));
   }
 
   #showRunning() {
@@ -278,23 +279,32 @@ const spoken = (job) => {
 /** What a job of all units said of this one, if that was the last verification; else null. */
 const verdictIn = ({ id, unit }, verification) => (unit === "" && verification?.job.id === id ? verification.job.result.verdict : null);
 
-/** `from`: as madeFrom() says; `verdict`: as verdictIn(); `isOver`: it does not hold any more. */
-function jobLine(job, from, verdict, isOver) {
+/** As voidOf(), also of a job of all units that this one was judged in. */
+const voidIn = (job, unit) => voidOf(verdictIn(job, unit?.verification ?? null) === null ? job : { ...job, kind: "verify" }, unit);
+
+/** What stands for the verdict `given`: whether it is void, or another one counts by now. */
+function markOf(given, isOver, not) {
+  if (isOver) return { text: U.jobs.voidSince(given.text), state: "waiting" };
+  return not === null ? given : { text: U.jobs.noMore(given.text), state: "" };
+}
+
+/** `from`: as madeFrom() says; `verdict`: as verdictIn(); `isOver`: it does not hold any more; `not`: as voidIn(). */
+function jobLine(job, from, verdict, isOver, not) {
   const { title, badge: own, text } = endedText(job);
-  const said = verdict === null ? own : { text: verdictOf(verdict).title, state: verdictOf(verdict).state };
-  const mark = isOver ? { text: U.jobs.voidSince(said.text), state: "waiting" } : said;
+  const given = verdict === null ? own : { text: verdictOf(verdict).title, state: verdictOf(verdict).state };
+  const mark = markOf(given, isOver, not);
   const line = element("li", "");
   line.dataset.state = job.state;
   const head = Object.assign(element("div", ""), { className: "row" });
   head.append(badge(mark), element("strong", title), Object.assign(element("span", `${clock(job.ended_utc_s ?? job.started_utc_s)}, ${job.user}`), { className: "why" }));
-  if (job.file) {
-    const link = element("a", U.jobs.download(job.file.name));
-    link.href = `/api/v1/job/file?${new URLSearchParams({ id: job.id })}`;
-    link.download = job.file.name;
-    head.append(link);
-  }
+  if (job.file) head.append(fileLink(job));
   line.append(head);
   if (from) line.append(Object.assign(element("p", from), { className: "why" }));
+  if (not !== null) {
+    const why = Object.assign(element("p", ""), { className: "why" });
+    tell(why, not);
+    line.append(why);
+  }
   if (text) line.append(Object.assign(element("p", text), { className: job.state === "failed" ? "bad" : "why", lang: "en" }));
   return line;
 }

@@ -19,8 +19,9 @@ const MAKES = ["fit", "gap_accept"];
  */
 function subjectOf({ kind, unit, model, campaign, result }) {
   const version = model ?? (MAKES.includes(kind) ? null : (result?.model ?? null));
+  if (kind === "report_campaign") return U.jobs.ofCampaign(campaign);
   const units = unit === "" ? U.jobs.allUnits : U.jobs.ofUnit(unit);
-  const of = kind === "fit" || kind === "fit_all" ? U.jobs.ofRuns : unit === "" ? U.jobs.newestModels : version === null ? "" : U.jobs.ofModel(version);
+  const of = kind === "fit" || kind === "fit_all" ? U.jobs.ofRuns : kind === "export_all" ? U.jobs.releasedModels : unit === "" ? U.jobs.newestModels : version === null ? "" : U.jobs.ofModel(version);
   return [units, of, campaign === null ? "" : U.jobs.ofCampaign(campaign)].filter(Boolean).join(", ");
 }
 
@@ -37,6 +38,7 @@ export function runningText(job, now_s) {
 
 /** @param {import("./documents.mjs").Job} job */
 const detailOf = ({ kind, format, effects, sign, result }) => {
+  if (kind === "export_all") return U.jobs.as(known(U.formats, format));
   const made = MAKES.includes(kind) && result ? U.jobs.made(result.model) : "";
   if (kind === "gap_accept") return `, ${effects.map(G.effect).join(", ")}${made}`;
   if (kind === "export") return `${U.jobs.as(known(U.formats, format))}${sign ? U.jobs.signed(result?.key_id) : ""}`;
@@ -100,6 +102,19 @@ export function madeFrom(job, unit) {
   if (verdict !== "pass") return U.jobs.madeBeforeVerdict(version, verdictOf(verdict).title);
   const isMarked = result.unreleased === true;
   return isMarked && newest?.state === "released" ? U.jobs.madeBeforeRelease(version) : U.jobs.madeFrom(version);
+}
+
+/**
+ * Why a verdict that a job gave does not count for the unit any more, as parts of a sentence; null where it counts, and of jobs that gave none.
+ * @param {import("./documents.mjs").Job} job
+ * @param {import("./documents.mjs").Unit | null} unit
+ * @returns {import("./dom.mjs").Part[] | null}
+ */
+export function voidOf({ id, kind, state }, unit) {
+  const verification = unit?.verification ?? null;
+  if (verification === null || state !== "done" || kind !== "verify") return null;
+  if (verification.job.id !== id) return [U.jobs.judgedAgain];
+  return verification.stale === null ? null : [U.jobs.voidVerdict, { english: verification.stale }, "."];
 }
 
 /**

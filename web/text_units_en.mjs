@@ -6,6 +6,15 @@ import { plural } from "./format.mjs";
 /** What the runs of a campaign are to a model, behind their number. */
 const USES = { verification: "", calibration: ", calibration: the next fit takes it", fitted: ", calibration: the model was fitted to it" };
 
+/** What to do about a warning where the station's own words name a command in a terminal, and the page has a button. @type {Record<string, string>} */
+const CLICKS = {
+  not_in_model: "Click Fit, then verify the new model and make its report.",
+  voided_since: "Click Fit, then verify the new model and make its report.",
+  runs_left_since: "Click Search under Gap: it shows whether the effect is still found without them.",
+  copied_runs: "No action needed, they count once. To be rid of the copies, open the run in Campaigns and click Void this run.",
+  check_standard_out_of_control: "Find what changed in the station before you hand anything over; Help has it under Check standards.",
+};
+
 export const text = {
   list: {
     title: "Units",
@@ -46,9 +55,10 @@ export const text = {
   states: { fitted: "fitted", verified: "verified", released: "released", withdrawn: "withdrawn" },
   /** Behind the state of a model that breaks the rule of release by now. */
   blocked: { verified: "verified, not to be released", released: "released, do not hand over" },
-  verdicts: { pass: "PASS", marginal: "MARGINAL", fail: "FAIL", not_measured: "NOT MEASURED", none: "NOT JUDGED" },
+  verdicts: { pass: "PASS", marginal: "MARGINAL", fail: "FAIL", not_measured: "NOT MEASURED", none: "NOT JUDGED", withdrawn: "WITHDRAWN" },
   why: {
     noModel: "There is no model of this unit yet.",
+    withdrawn: (version, time, user, reason) => `Model ${version} was withdrawn on ${time} by ${user}: ${reason}. Nobody may use it, and files made from it must not be used.`,
     notVerified: (version) => `Model ${version} has not been verified here.`,
     verifiedElsewhere: (version) => `Model ${version} was verified, but not from this page: its numbers are in its report.`,
     by: (version, campaign, user) => `Model ${version} against campaign ${campaign}, by ${user}`,
@@ -142,6 +152,21 @@ export const text = {
     keep: "Cancel",
     send: "It was repaired or changed",
   },
+  withdraw: {
+    button: "Withdraw model…",
+    title: (serial) => `Withdraw a model of unit ${serial}`,
+    about: "Nobody may use it any more: it is not exported, released or handed over. Files of it that are in use already have to be called back by you. Nothing is deleted. This cannot be taken back.",
+    version: "Model",
+    reason: "Why",
+    user: "Your name",
+    keep: "Cancel",
+    send: "Withdraw it",
+  },
+  handOver: {
+    button: "Hand over what is released",
+    simulated: "Also models of SIMULATED data",
+    done: (count) => plural(count, { one: `${count} file and its signed manifest are in the archive.`, other: `${count} files and their signed manifest are in the archive.` }),
+  },
   batch: {
     title: "All units at once",
     fit: "Fit all",
@@ -156,6 +181,7 @@ export const text = {
     last: (job) => `Last: ${job}`,
     /** What became of a fit, after how many units. */
     fitted: (fitted, same, failed) => `${fitted} fitted, ${same} with nothing new, ${failed} not fitted.`,
+    noRuns: (count) => plural(count, { one: `${count} has no run for a fit and was left alone.`, other: `${count} have no run for a fit and were left alone.` }),
     /** `isKnown`: whether what was fitted before has been told. */
     fitCancelled: (isKnown) => `${isKnown ? "That" : "What was fitted before that"} is stored; Fit all goes on with the others.`,
     judged: (counts) => `Judged: ${counts}.`,
@@ -218,7 +244,13 @@ export const text = {
     ofRuns: "all runs for calibration",
     ofModel: (version) => `model ${version}`,
     newestModels: "their newest models",
+    releasedModels: "their released models",
     ofCampaign: (campaign) => `campaign ${campaign}`,
+    /** Behind the verdict of a verification that does not count any more. */
+    noMore: (verdict) => `${verdict}, void`,
+    judgedAgain: "It was verified again since: the newer verdict counts.",
+    /** In front of why, in the station's words. */
+    voidVerdict: "This verdict does not hold any more: ",
     states: { done: "done", failed: "failed", cancelled: "cancelled" },
     as: (format) => `, as ${format}`,
     signed: (key) => (key ? `, signed with key ${key}` : ", signed"),
@@ -235,11 +267,11 @@ export const text = {
     /** What each kind is called on a button, while it runs, and afterwards. */
     verbs: { fit: "Fit", verify: "Verify", report: "Report", release: "Release", export: "Export", gap_find: "Search", gap_accept: "Accept", gap_show: "Compare" },
     doing: {
-      fit: "Fitting", fit_all: "Fitting", verify: "Verifying", verify_all: "Verifying", report: "Writing the report", release: "Releasing", release_all: "Releasing", export: "Exporting", gap_find: "Searching for what the model lacks",
+      fit: "Fitting", fit_all: "Fitting", verify: "Verifying", verify_all: "Verifying", report: "Writing the report", release: "Releasing", release_all: "Releasing", export_all: "Packing the archive", report_campaign: "Writing the report", export: "Exporting", gap_find: "Searching for what the model lacks",
       gap_accept: "Fitting again with the accepted effects", gap_show: "Comparing before and after",
     },
     nouns: {
-      fit: "Fit", fit_all: "Fit", verify: "Verification", verify_all: "Verification", report: "Report", release: "Release", release_all: "Release", export: "Export", gap_find: "Gap search", gap_accept: "Accepted", gap_show: "Before and after",
+      fit: "Fit", fit_all: "Fit", verify: "Verification", verify_all: "Verification", report: "Report", release: "Release", release_all: "Release", export_all: "Hand-over", report_campaign: "Report", export: "Export", gap_find: "Gap search", gap_accept: "Accepted", gap_show: "Before and after",
     },
   },
   /** What the formats are for, by their names in the interface, in the order in which they are offered. */
@@ -253,7 +285,7 @@ export const text = {
     /** What a warning is called by its code; "" where the station's own words are enough. */
     name: (code) => "",
     /** @type {(code: string, own: string) => import("./dom.mjs").Part} what to do; `own`: in the station's words */
-    remedy: (code, own) => own,
+    remedy: (code, own) => (Object.hasOwn(CLICKS, code) ? CLICKS[code] : own),
   },
   sensors: {
     name: (sensor) => sensor.replace("_", " "),

@@ -3,7 +3,7 @@
 
 const RECORD_AGAIN = "Diese Segmente neu aufzeichnen; war eine Angabe falsch, sie berichtigen und in eine neue Kampagne importieren.";
 const NOTHING = "Nichts zu tun.";
-const FIT_AGAIN = "Neu anpassen.";
+const FIT_AGAIN = "„Anpassen“ klicken, dann das neue Modell verifizieren und seinen Bericht erstellen.";
 const MISSING_POSITIONS = "Die fehlenden Lagen bei diesen Temperaturen aufzeichnen, wenn der Prüfling dort eingesetzt wird.";
 
 /** @type {Record<string, [string, string]>} by code */
@@ -20,8 +20,8 @@ export const WARNINGS = {
   irregular_sampling: ["ungleiche Abtastung", "Den Takt der Aufzeichnung prüfen; Standardunsicherheiten setzen gleiche Abstände voraus."],
   coarse_thermometer: ["grobes Thermometer", "Ein Thermometer mit feineren Stufen aufzeichnen, falls der Prüfling eines hat."],
   // of the fit
-  runs_left_since: ["Läufe sind weggefallen", "Prüfen, ob der Effekt auch ohne sie gefunden wird: soak gap find."],
-  copied_runs: ["mehrfach vorhandene Läufe", "Nichts zu tun, sie zählen einmal; die Kopien dürfen für ungültig erklärt werden."],
+  runs_left_since: ["Läufe sind weggefallen", "Unter „Lücke“ auf „Suchen“ klicken: Dort zeigt sich, ob der Effekt auch ohne sie gefunden wird."],
+  copied_runs: ["mehrfach vorhandene Läufe", "Nichts zu tun, sie zählen einmal; wer die Kopien loswerden will, öffnet den Lauf unter „Kampagnen“ und erklärt ihn für ungültig."],
   unit_type_unknown: ["Typ des Prüflings unbekannt", "Die Datei des Typs in procedures/units anlegen, dann neu anpassen."],
   term_not_evaluated: ["angenommener Effekt nicht abgezogen", "Die Spalte aufzeichnen, die der Effekt braucht, oder ihn aus dem Modell nehmen."],
   few_runs: ["wenige Läufe", "Mehr Läufe aufzeichnen: Für einen Fehler an ungesehenen Läufen muss der Prüfling mindestens dreimal eingeschaltet worden sein."],
@@ -46,7 +46,7 @@ export const WARNINGS = {
   even_order: ["quadratischer Anteil", "Prüfen, ob die Flächen der Vorrichtung rechtwinklig zueinander stehen: Eine schiefe Vorrichtung sieht genauso aus."],
   heading_incomplete: ["unvollständige Azimute", "Die fehlenden Azimute angeben und in eine neue Kampagne importieren, oder auf sie verzichten."],
   rate_positions: ["Drehung der Vorrichtung", NOTHING],
-  check_standard_out_of_control: ["Kontrollnormal außerhalb der Eingriffsgrenzen", "Vor der Auslieferung herausfinden, was sich an der Station geändert hat: Die Karten der Kontrollnormale zeigen, wann."],
+  check_standard_out_of_control: ["Kontrollnormal außerhalb der Eingriffsgrenzen", "Vor der Auslieferung herausfinden, was sich an der Station geändert hat; die Hilfe hat dazu „Check standards“."],
   reference_retired: ["Prüfmittel ausgemustert", "Prüfen, ob der Grund auch betrifft, was vorher damit gemessen wurde."],
   reference_withdrawn: ["Kalibrierschein zurückgezogen", "Den richtigen Kalibrierschein eintragen, dann neu anpassen."],
   reference_expired: ["Kalibrierschein abgelaufen", "Kalibrieren lassen und den Kalibrierschein eintragen; hat sich der Wert geändert, für ungültig erklären, was damit gemessen wurde."],

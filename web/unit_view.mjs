@@ -12,11 +12,13 @@ import { RepairDialog } from "./repair_dialog.mjs";
 import { badge } from "./runs_view.mjs";
 import { sensorCard } from "./unit_curves.mjs";
 import { renderJudged } from "./unit_judged.mjs";
-import { badgesOf, nextForRole, nextOf, sensorText, sortedWarnings, U, verdictNow, verdictOf, verdictText, withSensors } from "./unit_words.mjs";
+import { badgesOf, headOf, nextForRole, nextOf, sensorText, sortedWarnings, U, verdictNow, verdictText, withSensors } from "./unit_words.mjs";
 import { WhenSeen } from "./when_seen.mjs";
+import { versionsToWithdraw, WithdrawDialog } from "./withdraw_dialog.mjs";
 import { openCampaign, recordedNow } from "./words.mjs";
 
 const PARTS = ["unit-repair", "unit-verdict", "unit-next-box", "unit-facts", "unit-work", "unit-warnings-card", "unit-impact", "unit-gap", "unit-curves", "unit-noise"];
+const LOOK_AGAIN_MS = 5000; // whether somebody has done something with the unit elsewhere, in a terminal too
 
 export class UnitView {
   #asked = null; // serial number that the address names
@@ -31,6 +33,8 @@ export class UnitView {
   #open = null; // the campaign that is not over yet
   #planned = ""; // for which state of which campaign the plan was asked
   #repair;
+  #withdraw;
+  #newest = null; // number of the newest event about the unit; null before the first look
   #gap;
   #jobs;
 
@@ -40,6 +44,11 @@ export class UnitView {
     this.#jobs = new JobPanel(userName, () => this.#load(), (busy, job) => this.#gap.wait(busy, job));
     this.#repair = new RepairDialog(() => this.#load());
     $("unit-repair").addEventListener("click", () => this.#repair.open(this.#unit.unit, userName()));
+    this.#withdraw = new WithdrawDialog(() => this.#load());
+    $("unit-withdraw").addEventListener("click", () => this.#withdraw.open(this.#unit, userName()));
+    setInterval(() => {
+      if (!$("unit-view").hidden && !document.hidden && this.#asked) this.#lookForEvents();
+    }, LOOK_AGAIN_MS);
     $("unit-older").addEventListener("change", () => this.#compare());
   }
 
@@ -78,6 +87,20 @@ export class UnitView {
     }
   }
 
+  /** What becomes of a model or of the unit is in the event log, whoever did it and wherever. */
+  async #lookForEvents() {
+    const asked = this.#asked;
+    try {
+      const { events: [event] } = await get(`audit?${new URLSearchParams({ subject: asked, most: "1" })}`);
+      if (asked !== this.#asked) return;
+      const before = this.#newest;
+      this.#newest = event?.number ?? 0;
+      if (before !== null && before !== this.#newest) await this.#load();
+    } catch (error) {
+      console.warn("no events:", error.message); // the next look will tell
+    }
+  }
+
   /** What to do next, and the jobs that do it. */
   #offer() {
     const unit = this.#unit;
@@ -98,7 +121,9 @@ export class UnitView {
       show($("unit-older-failure"), false);
     }
     this.#asked = serial;
+    this.#newest = null;
     say($("unit-title"), serial);
+    await this.#lookForEvents();
     await this.#load();
     if (serial === this.#asked) this.#jobs.open(serial);
   }
@@ -119,7 +144,8 @@ export class UnitView {
 
   #render(unit) {
     for (const part of PARTS) show($(part), true);
-    const { title, state } = verdictOf(verdictNow(unit));
+    show($("unit-withdraw"), versionsToWithdraw(unit).length > 0);
+    const { title, state } = headOf(unit);
     $("unit-verdict").dataset.state = state;
     say($("unit-verdict-title"), title);
     tell($("unit-verdict-text"), verdictText(unit));

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the documents of units mean in words that a technician acts on. Nothing here touches the page.
 
-import { number, significant, UNKNOWN } from "./format.mjs";
+import { clock, number, significant, UNKNOWN } from "./format.mjs";
 import { textsOf } from "./text.mjs";
 
 /** @type {typeof import("./text_units_en.mjs").text} */
@@ -21,6 +21,13 @@ export const verdictOf = (verdict) =>
 export function verdictNow({ verification }) {
   return verification && verification.stale === null ? (verification.job.result.verdict ?? null) : null;
 }
+
+/**
+ * {title, state} of what stands at the top: that a model is withdrawn comes before any verdict.
+ * @param {import("./documents.mjs").Unit} unit
+ */
+export const headOf = (unit) =>
+  unit.model?.state === "withdrawn" ? { title: U.verdicts.withdrawn, state: "failed" } : verdictOf(verdictNow(unit));
 
 /**
  * What was found of each curve that has a limit: the worst error, its U, the limit, at which temperature; the nearest to its limit first.
@@ -58,6 +65,7 @@ const wasVerified = ({ model, release }) =>
 export function verdictText(unit) {
   const { model, verification } = unit;
   if (model === null) return [U.why.noModel];
+  if (model.withdrawn) return [U.why.withdrawn(model.version, clock(model.withdrawn.utc_s), model.withdrawn.user, model.withdrawn.reason)];
   if (verification === null) return [wasVerified(unit) ? U.why.verifiedElsewhere(model.version) : U.why.notVerified(model.version)];
   const { job, stale } = verification;
   const by = U.why.by(job.result.model, job.campaign, job.user);

@@ -30,6 +30,7 @@ struct ExportCommand final : CatalogCommand {
   bool all = false;       ///< every unit with a released model that keeps the rule
   bool released = false;  ///< said beside `all`
   std::string folder;     ///< of `all`
+  std::string archive;    ///< of `all`: tar file of the folder, too; empty = none
 
   void declare(OptionList& options) override;
   base::Status run_with(db::Catalog& catalog, Output& output) override;
@@ -56,6 +57,7 @@ void ExportCommand::declare(OptionList& options) {
   options.add("-o,--output FILE", &file, "File to write");
   options.add("--released", &released, "Only released models; said beside --all");
   options.add("--out FOLDER", &folder, "New folder for the files and their signed manifest");
+  options.add("--archive FILE.tar", &archive, "With --all: pack all of the folder into this file, too").needs("--all");
   options.add("--sign KEY", &request.sign,
               "blob: sign with this secret key ('soak key new' makes one); with --all the manifest, too");
   options.add("--unit SN", &request.unit, "Serial number of the unit").needs("--format").needs("--output");
@@ -148,7 +150,8 @@ base::Status export_all(db::Catalog& catalog, const ExportCommand& command, Outp
   if (format == "kalibr") {
     return base::bad_input("kalibr cannot be released: its noise values come from runs, not from a model", "--format");
   }
-  const auto handed = hand_over(catalog, {command.folder, format, command.request.sign, command.request.simulated});
+  const auto handed =
+      hand_over(catalog, {command.folder, format, command.request.sign, command.request.simulated, command.archive});
   if (!handed) return base::forward_error(handed);
   const std::string folder = std::filesystem::absolute(command.folder).string();
   if (output.json()) {
@@ -156,7 +159,9 @@ base::Status export_all(db::Catalog& catalog, const ExportCommand& command, Outp
     for (const LeftOut& unit : handed->left_out) {
       left_out.push_back({{"unit", unit.unit}, {"model", unit.model}, {"reasons", unit.reasons}});
     }
-    return output.print_json({{"folder", folder}, {"manifest", handed->manifest}, {"left_out", std::move(left_out)}});
+    nlohmann::json document = {{"folder", folder}, {"manifest", handed->manifest}, {"left_out", std::move(left_out)}};
+    if (!command.archive.empty()) document["archive"] = std::filesystem::absolute(command.archive).string();
+    return output.print_json(document);
   }
   for (const LeftOut& unit : handed->left_out) {
     output.note(fmt::format("left out: {}, model {}: {}", unit.unit, unit.model, fmt::join(unit.reasons, "; ")));

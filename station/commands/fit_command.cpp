@@ -252,6 +252,32 @@ base::Result<std::vector<std::string>> all_serials(const db::Catalog& catalog) {
   return serials;
 }
 
+/// A unit of which no run is for a fit.
+struct SkippedUnit {
+  std::string serial;
+  std::string why;
+};
+
+/// Takes the units out of the list that have nothing to be fitted to; refuses a list that has no others.
+base::Result<std::vector<SkippedUnit>> take_out_skipped(const db::Catalog& catalog, std::vector<std::string>& serials) {
+  std::vector<SkippedUnit> skipped;
+  std::vector<std::string> rest;
+  std::string message = "no unit has a run for a fit:";
+  for (const std::string& serial : serials) {
+    auto why = why_nothing_to_fit(catalog, serial);
+    if (!why) return base::forward_error(why);
+    if (why->empty()) {
+      rest.push_back(serial);
+      continue;
+    }
+    message += "\n  " + *why;
+    skipped.push_back({serial, *std::move(why)});
+  }
+  if (rest.empty()) return base::bad_input(message);
+  serials = std::move(rest);
+  return skipped;
+}
+
 /// What `soak fit` printed of the newest model of a unit.
 base::Result<nlohmann::json> stored_fit(const db::Catalog& catalog, const std::string& serial) {
   const auto model = catalog.model(serial);
@@ -297,7 +323,8 @@ std::vector<std::string> batch_row(const nlohmann::json& fit, bool up_to_date) {
 }
 
 /// What became of each unit that the batch came to, and which its newest model is now.
-base::Status print_brief(const db::Catalog& catalog, const std::vector<BatchUnit>& units, Output& output) {
+base::Status print_brief(const db::Catalog& catalog, const std::vector<BatchUnit>& units,
+                         const std::vector<SkippedUnit>& skipped, Output& output) {
   const auto heads = catalog.models();
   if (!heads) return base::forward_error(heads);
   std::map<std::string, std::int32_t> newest;
@@ -310,6 +337,13 @@ base::Status print_brief(const db::Catalog& catalog, const std::vector<BatchUnit
                     {"result", name_of(result_of(unit))},
                     {"model", model == newest.end() ? nlohmann::json() : nlohmann::json(model->second)},
                     {"message", unit.failure ? nlohmann::json(unit.failure->message) : nlohmann::json()}});
+  }
+  for (const SkippedUnit& unit : skipped) {
+    const auto model = newest.find(unit.serial);
+    list.push_back({{"unit", unit.serial},
+                    {"result", "skipped"},
+                    {"model", model == newest.end() ? nlohmann::json() : nlohmann::json(model->second)},
+                    {"message", unit.why}});
   }
   return output.print_json({{"units", std::move(list)}});
 }
@@ -396,17 +430,21 @@ base::Status FitCommand::fit_all(const db::Catalog& catalog, Output& output) con
     return base::fail(base::ErrorKind::internal, "this folder cannot be written, so no model could be stored",
                       catalog.data_folder().string());
   }
-  const auto serials = all_serials(catalog);
+  auto serials = all_serials(catalog);
   if (!serials) return base::forward_error(serials);
   if (campaign) {
     if (auto known = check_campaign_known(catalog, *campaign); !known) return known;
   }
+  const auto skipped = take_out_skipped(catalog, *serials);
+  if (!skipped) return base::forward_error(skipped);
   const auto batch = fit_batch(catalog, *serials, {campaign, {rules}, jobs, user_name()}, output.progress("fitting"));
   output.end_progress();
   const bool is_brief = brief && output.json();
   if (!batch.ended && !is_brief) return batch.ended;
+  for (const SkippedUnit& unit : *skipped) output.note("left out: " + unit.why);
   const auto& units = batch.units;
-  const base::Status printed = is_brief ? print_brief(catalog, units, output) : print_batch(catalog, units, output);
+  const base::Status printed =
+      is_brief ? print_brief(catalog, units, *skipped, output) : print_batch(catalog, units, output);
   if (!batch.ended) return batch.ended;
   const base::Status failed = all_failures(units);
   return failed ? printed : failed;

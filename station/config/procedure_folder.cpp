@@ -59,7 +59,7 @@ json entry_of(const std::string& file, const fs::path& path, double room_c) {
 }  // namespace
 
 std::vector<fs::path> procedure_folders(const fs::path& data_folder) {
-  return {data_folder / "procedures", default_unit_type_folder().parent_path()};
+  return {data_folder / "procedures", shipped_procedures()};
 }
 
 std::optional<fs::path> procedure_file(const std::vector<fs::path>& folders, const std::string& file) {

@@ -169,6 +169,16 @@ base::Result<calib::UnitInput> load_unit(const db::Catalog& catalog, const std::
   return input;
 }
 
+base::Result<std::string> why_nothing_to_fit(const db::Catalog& catalog, const std::string& unit) {
+  const auto row = catalog.unit(unit);
+  if (!row) return base::forward_error(row);
+  const auto runs = catalog.runs({.unit = unit, .campaign = {}, .run = {}});
+  if (!runs) return base::forward_error(runs);
+  const std::int32_t epoch = *row ? (*row)->epoch : 0;
+  const auto fits = [&](const db::RunRow& run) { return is_for_fit(run, epoch); };
+  return std::ranges::any_of(*runs, fits) ? std::string() : reason_without_runs(unit, {}, *runs);
+}
+
 // Accepted terms.
 
 base::Result<std::vector<calib::ModelTerm>> accepted_terms(const db::Catalog& catalog, const std::string& unit,

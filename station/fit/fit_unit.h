@@ -17,6 +17,9 @@
 /// From the catalog to the stored model of a unit.
 namespace soak::station {
 
+/// Why no fit takes any run of the unit as it is, in the words of load_unit(); empty where one would.
+[[nodiscard]] base::Result<std::string> why_nothing_to_fit(const db::Catalog& catalog, const std::string& unit);
+
 /// Sealed, unvoided runs of the unit's current epoch that are for calibration (not for verification, no pre-flight),
 /// with the statistics of their segments and the references of their campaigns; of one campaign only, where that is
 /// given. Samples that were stored more than once count once (calib/estimate/unit_input.h). Adds to `warnings` what

@@ -83,8 +83,8 @@ Role role_of_command(std::string_view name, const json& body) {
   constexpr std::array<std::string_view, 2> kOperating = {"unit/add", "procedures/new"};
   if (name.starts_with("campaign/") || std::ranges::find(kOperating, name) != kOperating.end()) return Role::operating;
   if (name != "jobs") return Role::engineer;
-  constexpr std::array<std::string_view, 7> kOperators = {"fit",    kFitAll,    "verify",  kVerifyAll,
-                                                          "report", "gap_find", "gap_show"};
+  constexpr std::array<std::string_view, 8> kOperators = {"fit",    kFitAll,         "verify",   kVerifyAll,
+                                                          "report", kReportCampaign, "gap_find", "gap_show"};
   const json kind = body.value("kind", json());
   const bool is_operators =
       kind.is_string() && std::ranges::find(kOperators, kind.get<std::string>()) != kOperators.end();

@@ -40,6 +40,9 @@ bool is_of_model(const json& job, const json& model) {
 Result<json> why_stale(const db::Catalog& catalog, const json& job, const json& unit) {
   if (!is_of_model(job, unit["model"])) return json("the unit was fitted again since");
   if (unit["model"]["epoch"] != unit["epoch"]) return json("the unit was repaired or changed since");
+  const auto head = model_head(catalog, job["unit"], unit["model"]["version"]);
+  if (!head) return base::forward_error(head);
+  if (head->state == "withdrawn") return json("the model was withdrawn since");
   std::optional<std::string> campaign;
   if (job["campaign"].is_string()) campaign = job["campaign"];
   const auto withdrawn = withdrawn_since_start(catalog, job["unit"], campaign, job.value("started_utc_s", 0.0));

@@ -70,6 +70,31 @@ Result<json> begin_epoch(const StationService&, RunArchive& archive, const json&
   });
 }
 
+/// Withdraws a version of a unit's model: nobody may use it any more.
+Result<json> withdraw_model(const StationService&, RunArchive& archive, const json& body) {
+  if (auto known = only_members(body, {"unit", "model", "reason", "user"}); !known) return base::forward_error(known);
+  const auto serial = text_member(body, "unit", std::nullopt);
+  if (!serial) return base::forward_error(serial);
+  const auto version = body.find("model");
+  if (version == body.end() || !version->is_number_integer()) {
+    return base::bad_input("the version of the model is missing or not a whole number", "model");
+  }
+  const auto reason = carried_member(body, "reason");
+  if (!reason) return base::forward_error(reason);
+  const auto user = carried_member(body, "user");
+  if (!user) return base::forward_error(user);
+  return archive.in_turn([&](db::Catalog& catalog) -> Result<json> {
+    const auto heads = catalog.models(*serial);
+    if (!heads) return base::forward_error(heads);
+    const auto head = std::ranges::find_if(*heads, [&](const db::ModelHead& one) { return one.version == *version; });
+    if (head == heads->end()) return base::bad_input("the unit has no model of that version", "model");
+    if (head->state == "withdrawn") return base::bad_input("the model is withdrawn already", "state");
+    auto done = catalog.set_model_state({*serial, head->version, "withdrawn", *reason, *user, now_utc_s()});
+    if (!done) return base::forward_error(done);
+    return json{{"unit", *serial}, {"model", head->version}, {"state", "withdrawn"}};
+  });
+}
+
 /// What the catalog refuses is about that member of the body.
 base::Error at_member(base::Error error, const std::string& name) {
   if (error.kind == base::ErrorKind::bad_input) error.where = name;
@@ -166,6 +191,7 @@ Result<json> references_answer(RunArchive& archive, const Parameters& parameters
 const std::vector<RecordCommand>& record_commands() {
   static const std::vector<RecordCommand> commands = {{"unit/add", add_unit},
                                                       {"unit/epoch", begin_epoch},
+                                                      {"model/withdraw", withdraw_model},
                                                       {"references/add", add_reference},
                                                       {"references/retire", retire_reference},
                                                       {"key/new", new_key},

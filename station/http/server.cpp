@@ -25,6 +25,7 @@
 #include "station/http/metrics.h"
 #include "station/http/records_api.h"
 #include "station/http/runs_api.h"
+#include "station/http/unit_file_api.h"
 #include "station/http/units_api.h"
 #include "station/io/host.h"
 
@@ -108,8 +109,12 @@ struct HttpServer::Running {
       add_post(std::string(order.name),
                [this, &order](const nlohmann::json& body) { return order.carry_out(jobs, body); });
     }
-    listener.Get(kApiPath + std::string("job/file"),
-                 [this](const auto& request, auto& response) { send_job_file(request, response); });
+    listener.Get(kApiPath + std::string("job/file"), [this](const auto& request, auto& response) {
+      send_attached(response, job_file(jobs, request.params));
+    });
+    listener.Get(kApiPath + std::string("unit/file"), [this](const auto& request, auto& response) {
+      send_attached(response, unit_file(runs, request.params));
+    });
     listener.Get(kApiPath + std::string("references"), [this](const auto& request, auto& response) {
       answer(response, references_answer(runs, request.params));
     });
@@ -173,8 +178,8 @@ struct HttpServer::Running {
   }
 
   /// To be saved, not shown: whatever is in it, it is not a page of the station.
-  void send_job_file(const httplib::Request& request, httplib::Response& response) const {
-    const auto file = job_file(jobs, request.params);
+  template <class File>
+  static void send_attached(httplib::Response& response, const base::Result<File>& file) {
     if (!file) return refuse(response, {http_status(file.error()), file.error()});
     response.set_header("Content-Disposition", "attachment; filename=\"" + file->name + '"');
     response.set_content(file->content, "application/octet-stream");

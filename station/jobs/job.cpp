@@ -24,9 +24,10 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::array<std::string_view, 11> kKinds = {"fit",      "verify",     "report",    "release",
-                                                     kFitAll,    kVerifyAll,   kReleaseAll, "export",
+constexpr std::array<std::string_view, 13> kKinds = {"fit",      "verify",     "report",  "release",  kFitAll,
+                                                     kVerifyAll, kReleaseAll,  "export",  kExportAll, kReportCampaign,
                                                      "gap_find", "gap_accept", "gap_show"};
+constexpr const char* kHandOverFolder = "hand-over";  // in the folder of the job
 constexpr std::string_view kProgressEnd = " %";
 constexpr std::size_t kLongestStem = 60;
 
@@ -86,19 +87,49 @@ base::Status check_version(const db::Catalog& catalog, const JobRequest& request
   return base::bad_input(fmt::format("unit {} has no model {}", request.unit, *request.model), "model");
 }
 
-/// A job of all units: of a verification the campaign is known.
+base::Status check_key(const db::Catalog& catalog) {
+  std::error_code unreadable;  // then it is as good as none
+  if (std::filesystem::exists(station_key_file(catalog.data_folder()), unreadable)) return {};
+  return base::bad_input("the station has no key to sign with: make one first, in Records", "sign");
+}
+
+base::Status check_export_all(const db::Catalog& catalog, const JobRequest& request) {
+  if (request.format == "kalibr" || ending_of(request.format).empty()) {
+    return base::bad_input("there is no such format of a model: blob, c, json, px4 or ardupilot", "format");
+  }
+  return check_key(catalog);
+}
+
+/// A job of several units: of a verification and of a report the campaign is known.
 base::Status check_of_all(const db::Catalog& catalog, const JobRequest& request) {
   if (!request.unit.empty()) {
     return base::bad_input(fmt::format("{} is of all units: leave it out", request.kind), "unit");
   }
-  if (request.kind != kVerifyAll) return {};
+  if (request.kind == kExportAll) return check_export_all(catalog, request);
+  if (request.kind != kVerifyAll && request.kind != kReportCampaign) return {};
   const auto campaigns = catalog.campaigns();
   if (!campaigns) return base::forward_error(campaigns);
   if (std::ranges::find(*campaigns, request.campaign) != campaigns->end()) return {};
-  return base::bad_input("the campaign of the fresh runs is missing, or there is none of that name", "campaign");
+  return base::bad_input("the campaign is missing, or there is none of that name", "campaign");
 }
 
-JobCommand command_of_all(const JobRequest& request, const std::filesystem::path& folder) {
+JobCommand export_all_command(const db::Catalog& catalog, const JobRequest& request,
+                              const std::filesystem::path& folder) {
+  const std::string name = fmt::format("{}.tar", kHandOverFolder);
+  JobCommand command{
+      {"export", "--all", "--released", "--format=" + request.format, "--out=" + (folder / kHandOverFolder).string(),
+       "--archive=" + (folder / name).string(), "--sign=" + station_key_file(catalog.data_folder()).string()},
+      name};
+  if (request.simulated) command.arguments.emplace_back("--simulated");
+  return command;
+}
+
+JobCommand command_of_all(const db::Catalog& catalog, const JobRequest& request, const std::filesystem::path& folder) {
+  if (request.kind == kExportAll) return export_all_command(catalog, request, folder);
+  if (request.kind == kReportCampaign) {
+    const std::string name = plain_file_name(request.campaign.substr(0, kLongestStem)) + ".html";
+    return {{"report", "--campaign=" + request.campaign, "--output=" + (folder / name).string()}, name};
+  }
   if (request.kind == kFitAll) return {{"fit", "--all", "--brief"}, ""};
   if (request.kind == kVerifyAll) {
     return {{"verify", "--all", "--campaign=" + request.campaign, "--keep=" + (folder / kKeptVerdicts).string()}, ""};
@@ -132,9 +163,27 @@ json part_of(const json& document, std::initializer_list<const char*> members) {
   return part;
 }
 
+/// What became of each unit: `units` in the folder, `skipped` with why not.
+json handed_over(const json& document) {
+  json result = part_of(document.value("manifest", json::object()), {"key_id", "file_format"});
+  result["units"] = json::array();
+  for (const json& unit : document.value("/manifest/units"_json_pointer, json::array())) {
+    result["units"].push_back(part_of(unit, {"unit", "model", "file", "simulated", "expires"}));
+  }
+  result["skipped"] = json::array();
+  for (const json& unit : document.value("left_out", json::array())) {
+    const auto reasons = unit.value("reasons", std::vector<std::string>());
+    result["skipped"].push_back(
+        {{"unit", unit.value("unit", "")}, {"message", fmt::format("{}", fmt::join(reasons, "; "))}});
+  }
+  return result;
+}
+
 }  // namespace
 
-bool is_of_all(std::string_view kind) { return kind == kFitAll || kind == kVerifyAll || kind == kReleaseAll; }
+bool is_of_all(std::string_view kind) {
+  return kind == kFitAll || kind == kVerifyAll || kind == kReleaseAll || kind == kExportAll || kind == kReportCampaign;
+}
 
 base::Status check_job(const db::Catalog& catalog, const JobRequest& request) {
   if (std::ranges::find(kKinds, request.kind) == kKinds.end()) {
@@ -154,9 +203,8 @@ base::Status check_job(const db::Catalog& catalog, const JobRequest& request) {
   if (request.sign && (request.kind != "export" || request.format != "blob")) {
     return base::bad_input("only a calibration file (export as blob) can be signed", "sign");
   }
-  std::error_code unreadable;  // then it is as good as none
-  if (request.sign && !std::filesystem::exists(station_key_file(catalog.data_folder()), unreadable)) {
-    return base::bad_input("the station has no key to sign with: make one first, in Records", "sign");
+  if (request.sign) {
+    if (auto key = check_key(catalog); !key) return key;
   }
   if (request.kind == "gap_accept" && request.effects.empty()) {
     return base::bad_input("the names of the effects to be accepted are missing", "effects");
@@ -171,7 +219,7 @@ base::Result<JobCommand> job_command(const db::Catalog& catalog, const JobReques
   const auto output = [&](const std::string& name) { return "--output=" + (folder / name).string(); };
   const std::string stem = plain_file_name(request.unit.substr(0, kLongestStem));
   if (request.kind == "fit" || request.kind == "release") return JobCommand{{request.kind, unit}, ""};
-  if (is_of_all(request.kind)) return command_of_all(request, folder);
+  if (is_of_all(request.kind)) return command_of_all(catalog, request, folder);
   if (request.kind == "report") {
     const std::string name = stem + ".html";
     return JobCommand{{"report", unit, output(name)}, name};
@@ -204,6 +252,8 @@ json job_result(const std::string& kind, const std::string& output) {
   json document = json::parse(output, nullptr, false);
   if (!document.is_object()) return nullptr;
   if (kind == "fit") return part_of(document, {"unit", "model", "epoch", "simulated"});
+  if (kind == kExportAll) return handed_over(document);
+  if (kind == kReportCampaign) return part_of(document, {"campaign", "units", "bytes", "sha256"});
   if (kind == "verify" || is_of_all(kind) || kind.starts_with("gap_")) return document;
   if (kind == "release") {
     return part_of(document.value("/units/0"_json_pointer, json::object()),

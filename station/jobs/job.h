@@ -15,11 +15,13 @@
 
 namespace soak::station {
 
-/// Kinds of jobs that are of all units, and not of one.
+/// Kinds of jobs that are of several units, and not of one: of all, or of those of a campaign.
 inline constexpr std::string_view kFitAll = "fit_all";
 inline constexpr std::string_view kVerifyAll = "verify_all";
 inline constexpr std::string_view kKeptVerdicts = "verdicts.jsonl";  ///< in the folder of such a job
 inline constexpr std::string_view kReleaseAll = "release_all";
+inline constexpr std::string_view kExportAll = "export_all";            ///< what is handed over, in one file
+inline constexpr std::string_view kReportCampaign = "report_campaign";  ///< of the units of a campaign
 [[nodiscard]] bool is_of_all(std::string_view kind);
 
 /// What somebody at the page wants to be done with a unit, or with all.
@@ -27,9 +29,9 @@ struct JobRequest {
   /// "fit", "verify", "report", "release", "export", "gap_find", "gap_accept", "gap_show", or one that is_of_all()
   std::string kind;
   std::string unit;        ///< serial number; empty: of all
-  std::string campaign;    ///< verify, kVerifyAll: of the fresh runs
-  std::string format;      ///< export: one of export_formats()
-  bool simulated = false;  ///< export: also of a model that was made from simulated data
+  std::string campaign;    ///< verify, kVerifyAll: of the fresh runs; kReportCampaign
+  std::string format;      ///< export, kExportAll: one of export_formats()
+  bool simulated = false;  ///< export, kExportAll: also of a model that was made from simulated data
   std::string user;
   std::vector<std::string> effects = {};             ///< gap_accept: names of those to be taken, one at least
   bool sign = false;                                 ///< export as blob: with the station's key

@@ -22,6 +22,10 @@ using nlohmann::json;
 
 json text_or_null(const std::string& text) { return text.empty() ? json() : json(text); }
 
+bool is_of_campaign(const std::string& kind) {
+  return kind == "verify" || kind == kVerifyAll || kind == kReportCampaign;
+}
+
 json new_document(const JobRequest& request, std::int64_t id) {
   json effects;
   if (request.kind == "gap_accept") effects = request.effects;
@@ -29,8 +33,8 @@ json new_document(const JobRequest& request, std::int64_t id) {
           {"kind", request.kind},
           {"unit", request.unit},
           {"model", nullptr},
-          {"campaign", text_or_null(request.kind == "verify" || request.kind == kVerifyAll ? request.campaign : "")},
-          {"format", text_or_null(request.kind == "export" ? request.format : "")},
+          {"campaign", text_or_null(is_of_campaign(request.kind) ? request.campaign : "")},
+          {"format", text_or_null(request.kind == "export" || request.kind == kExportAll ? request.format : "")},
           {"effects", std::move(effects)},
           {"sign", request.kind == "export" ? json(request.sign) : json()},
           {"user", request.user},
@@ -50,7 +54,7 @@ std::string what_it_does(const json& job) {
   const json effects = job.value("effects", json::array());
   for (std::size_t i = 0; i < effects.size(); ++i) text += (i == 0 ? " of " : ", ") + effects[i].get<std::string>();
   if (const json campaign = job.value("campaign", json()); campaign.is_string()) {
-    text += " against " + campaign.get<std::string>();
+    text += (job["kind"] == kReportCampaign ? " of " : " against ") + campaign.get<std::string>();
   }
   if (const json format = job.value("format", json()); format.is_string()) text += " as " + format.get<std::string>();
   if (job.value("sign", json()) == true) text += ", signed";

@@ -21,6 +21,7 @@
 #include "station/release/exported_file.h"
 #include "station/release/manifest.h"
 #include "station/release/release_rule.h"
+#include "station/release/tar_archive.h"
 
 namespace soak::station {
 namespace {
@@ -226,6 +227,22 @@ base::Status record(db::Catalog& catalog, const HandOverRequest& request, const 
   });
 }
 
+/// All of the folder in one file, in a folder of the same name.
+base::Status write_archive(FolderInTheMaking& folder, const HandOverRequest& request,
+                           const std::vector<ReleasedFile>& files, const std::string& manifest,
+                           const std::string& signature) {
+  const std::string prefix = plain_file_name(request.folder.filename().string()) + '/';
+  TarArchive archive(now_utc_s());
+  for (const ReleasedFile& file : files) {
+    if (auto added = archive.add(prefix + file.name, file.content); !added) return added;
+  }
+  const std::string name(kManifestName);
+  auto added = archive.add(prefix + signature_path_of(name).string(), signature);
+  if (added) added = archive.add(prefix + name, manifest);
+  if (!added) return added;
+  return folder.write(std::filesystem::absolute(request.archive).string(), archive.finish());
+}
+
 /// The manifest is written last: a folder without one is not whole.
 base::Status write_folder(db::Catalog& catalog, const HandOverRequest& request, const std::vector<ReleasedFile>& files,
                           const std::string& manifest, const SecretKey& key) {
@@ -235,7 +252,9 @@ base::Status write_folder(db::Catalog& catalog, const HandOverRequest& request, 
     if (auto written = folder.write(file.name, file.content); !written) return written;
   }
   const std::string name(kManifestName);
-  auto written = folder.write(signature_path_of(name).string(), manifest_signature(manifest, key));
+  const std::string signature = manifest_signature(manifest, key);
+  auto written = folder.write(signature_path_of(name).string(), signature);
+  if (written && !request.archive.empty()) written = write_archive(folder, request, files, manifest, signature);
   if (written) written = folder.write(name, manifest);
   if (!written) return written;
   if (auto recorded = record(catalog, request, files); !recorded) return recorded;

@@ -18,6 +18,7 @@ struct HandOverRequest {
   std::string format;            ///< of the files: one of export_formats() but kalibr
   std::string key_file;          ///< secret key that signs manifest and calibration files
   bool simulated = false;        ///< models of simulated data, too
+  std::string archive = {};      ///< tar file that all of the folder is packed into, beside it; empty = none
 };
 
 /// A unit that is not handed over.

@@ -89,6 +89,15 @@ base::Result<std::string> state_of(const db::Catalog& catalog, const db::ModelRo
   return std::ranges::find(*heads, model.version, &db::ModelHead::version)->state;
 }
 
+/// Why, by whom and when a model was withdrawn; null where it was not.
+base::Result<json> withdrawn_part(const db::Catalog& catalog, const db::ModelRow& model) {
+  const auto history = catalog.model_history(model.unit, model.version);
+  if (!history) return base::forward_error(history);
+  const auto row = std::ranges::find(*history, "withdrawn", &db::ModelStateRow::state);
+  if (row == history->end()) return json();
+  return json{{"reason", row->reason}, {"user", row->user}, {"utc_s", row->utc_s}};
+}
+
 /// The accepted effects of a model, with their sizes in words.
 base::Result<json> terms_part(const db::Catalog& catalog, const db::ModelRow& model) {
   const auto terms = calib::model_terms_of(model.document);
@@ -156,6 +165,9 @@ base::Result<json> model_part(const db::Catalog& catalog, const db::ModelRow& mo
   const auto state = state_of(catalog, model);
   if (!state) return base::forward_error(state);
   part["state"] = *state;
+  auto withdrawn = withdrawn_part(catalog, model);
+  if (!withdrawn) return withdrawn;
+  part["withdrawn"] = *std::move(withdrawn);
   part["simulated"] = calibration.simulated;
   part["impact"] = impact_json(calibration);
   part["sensors"] = json::object();

@@ -207,6 +207,19 @@ class Batch(SoakTest):
                          [(serial, "failed", None) if serial == STUCK else (serial, "up_to_date", 1) for serial in sorted([ONE_WAY, STUCK, *BOTH_WAYS])])
         self.assertIn(next(unit["message"] for unit in brief["units"] if unit["unit"] == STUCK), json.loads(done.stderr)["error"]["message"])
 
+    def test_a_unit_without_a_run_is_left_out_and_is_no_failure(self):
+        soak(self.data, self.procedures, "unit", "add", "NEW", "--type", "silent")
+        done = soak(self.data, self.procedures, "fit", "--all", "--rules", "2", "--brief", "--json")
+        document = json.loads(done.stdout)
+        check_schema(document, "fit-brief")
+        results = {unit["unit"]: unit for unit in document["units"]}
+        self.assertEqual({serial: unit["result"] for serial, unit in results.items()}, {**dict.fromkeys((ONE_WAY, *BOTH_WAYS), "fitted"), "NEW": "skipped"})
+        self.assertIn("unit NEW has no run; import or record one first", results["NEW"]["message"])
+        empty = self.folder / "empty"
+        soak(empty, self.procedures, "unit", "add", "NEW", "--type", "silent")
+        refused = soak(empty, self.procedures, "fit", "--all", status=2)
+        self.assertIn("no unit has a run for a fit", refused.stderr)
+
     def test_a_program_that_listens_is_told_how_far_it_is(self):
         done = subprocess.run([os.environ["SOAK_BIN"], "fit", "--all", "--jobs", "1", "--json", "--data", str(self.data)],
                               env={**os.environ, "SOAK_PROCEDURES": str(self.procedures), "SOAK_PROGRESS": "1"}, capture_output=True, text=True, check=True)

@@ -208,6 +208,31 @@ TEST_F(Runner, FitsAndVerifiesAllUnitsInOneCommandEach) {
   EXPECT_EQ(catalog_.events()->back().text, "verify_all against check: done");
 }
 
+TEST_F(Runner, ReportsOnACampaignWithoutSayingItsUnitsInTheList) {
+  ASSERT_TRUE(catalog_.ensure_campaign("spring 1", "six-position"));
+  soak_does(
+      "for word; do echo \"$word\" >> " + (folder_.path() / "words").string() +
+      "; done; echo '{\"campaign\": \"spring 1\", \"units\": [{\"unit\": \"x\"}], \"bytes\": 3, \"software\": \"s\"}'");
+  JobRunner jobs(folder_.path(), program_);
+  const json job = ended(jobs, jobs.start({"report_campaign", "", "spring 1", "", false, "Eva"}).value()["id"]);
+  EXPECT_EQ(job["campaign"], "spring 1");
+  EXPECT_EQ(job["result"], json({{"campaign", "spring 1"}, {"units", json::array({{{"unit", "x"}}})}, {"bytes", 3}}));
+  EXPECT_EQ(jobs.list()["jobs"][0]["result"], json({{"campaign", "spring 1"}, {"bytes", 3}}));
+  std::ifstream words(folder_.path() / "words");
+  EXPECT_EQ(std::string(std::istreambuf_iterator<char>(words), {}),
+            "report\n--campaign=spring 1\n--output=" + (folder_.path() / "jobs" / "1" / "spring_1.html").string() +
+                "\n--data=" + folder_.path().string() + "\n--json\n");
+  EXPECT_EQ(catalog_.events()->back().text, "report_campaign of spring 1: done");
+  EXPECT_EQ(jobs.start({"report_campaign", "", "none", "", false, "Eva"}).error().where, "campaign");
+}
+
+TEST_F(Runner, HandsOverOnlyWithAKeyAndInAFormatOfModels) {
+  JobRunner jobs(folder_.path(), program_);
+  EXPECT_EQ(jobs.start({"export_all", "", "", "blob", false, "Eva"}).error().where, "sign");
+  EXPECT_EQ(jobs.start({"export_all", "", "", "kalibr", false, "Eva"}).error().where, "format");
+  EXPECT_EQ(jobs.start({"export_all", "-SN 1", "", "blob", false, "Eva"}).error().where, "unit");
+}
+
 TEST_F(Runner, SaysHowFarAJobIsAsSoakSaysIt) {
   soak_does("test -n \"$SOAK_PROGRESS\" && echo 'soak: fitting: 40 %' >&2; while [ ! -e " +
             (folder_.path() / "go").string() + " ]; do sleep 0.01; done; echo 'soak: note' >&2; exit 1");

@@ -32,7 +32,7 @@ READS, COMMANDS = operations("GET"), operations("POST")
 # Commands for which a log-in of any role is enough, and those of operators; whatever else there is needs an engineer.
 ANYBODYS = {"logout"}
 OPERATORS = {path for path in COMMANDS if path.startswith("campaign/")} | {"unit/add", "jobs/cancel", "procedures/new"}
-OPERATORS_JOBS = {"fit", "fit_all", "verify", "verify_all", "report", "gap_find", "gap_show"}
+OPERATORS_JOBS = {"fit", "fit_all", "verify", "verify_all", "report", "report_campaign", "gap_find", "gap_show"}
 JOB_KINDS = PATHS[API + "jobs"]["post"]["requestBody"]["content"]["application/json"]["schema"]["properties"]["kind"]["enum"]
 ABORT = {"reason": "smoke"}
 SLOW = 200
@@ -99,11 +99,12 @@ class Attacker(unittest.TestCase):
             answers = [self.station.post(path, body, cookie) for path, body in (("campaign/abort", ABORT), ("run/void", void), ("jobs", export))]
             self.assertEqual(tuple(answer[0] for answer in answers), expected, [answer[2] for answer in answers])
         repair = {"unit": UNIT, "reason": "board repaired"}
-        for path, body in (("jobs", {"kind": "release", "unit": UNIT}), ("jobs", {"kind": "release_all"}), ("unit/epoch", repair)):
+        for path, body in (("jobs", {"kind": "release", "unit": UNIT}), ("jobs", {"kind": "release_all"}), ("jobs", {"kind": "export_all", "format": "blob"}), ("unit/epoch", repair),
+                           ("model/withdraw", {"unit": UNIT, "model": 1, "reason": "wrong reference"})):
             status, _, body = self.station.post(path, body, self.station.cookie("otto"))
             self.assertEqual(status, 403)
             self.assertIn("needs the role engineer", body)
-        for path, body in (("jobs", {"kind": "fit_all"}), ("jobs", {"kind": "verify_all", "campaign": "none"})):
+        for path, body in (("jobs", {"kind": "fit_all"}), ("jobs", {"kind": "verify_all", "campaign": "none"}), ("jobs", {"kind": "report_campaign", "campaign": "none"})):
             self.assertIn("needs the role operator", self.station.post(path, body, self.station.cookie("vera"))[2])
         self.assertEqual(self.station.post("jobs", {"kind": "verify_all", "campaign": "none"}, self.station.cookie("otto"))[0], 400)
         status, _, body = self.station.post("unit/epoch", repair, self.station.cookie("eva"))

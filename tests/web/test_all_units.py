@@ -58,7 +58,10 @@ class AllUnits(StationTest):
         self.assertEqual((job["kind"], job["unit"], job["user"], job["state"]), ("fit_all", "", "Eva", "failed"))
         self.assertNotIn("units", self.soakd.get("jobs")["jobs"][0]["result"])
         self.see("#units-list", "fitted")
+        self.soakd.post("unit/add", unit="SN-NEW", type="generic", user="Eva")
         self.click("#units-fit")
+        self.see("#units-last-text", "1 has no run for a fit and was left alone.")
+        self.assertNotIn("SN-NEW", self.browser.text("#units-last-rest"))
         self.see("#units-last-text", f"0 fitted, 2 with nothing new, {len(HOSTILE)} not fitted.")
 
         self.assertEqual(self.browser.text("#units-campaign"), "verification (2 units)")

@@ -1,11 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """Which models the page lets out, before a real `soakd` ($SOAK_BIN_FOLDER): by the rule of `soak release` and `soak export`, in whose words it
 says what is in the way."""
+import hashlib
+import io
 import json
 import subprocess
+import tarfile
 import unittest
 import urllib.error
 import urllib.parse
+import urllib.request
 
 import test_units
 from browser import BrowserTest, long_test
@@ -138,6 +142,97 @@ class HandOver(BrowserTest):
         self.assertIn("primary", self.browser.run("return document.querySelector('#unit-fit').className"))
         self.see("#unit-facts", "withdrawn")
         self.assertTrue(self.browser.run("return document.querySelector('#unit-export').disabled"))
+
+    def test_a_released_model_is_withdrawn_at_a_click_and_the_page_says_why_and_by_whom(self):
+        self.job(kind="release", unit=SERIAL)
+        self.open_unit(SERIAL)
+        self.see("#unit-badges", "released")
+        self.browser.click("#unit-withdraw")
+        self.see("#withdraw-title", f"Withdraw a model of unit {SERIAL}")
+        self.browser.type("#withdraw-reason", "wrong reference")
+        self.browser.type("#withdraw-user", "Eva")
+        self.browser.click("#withdraw-send")
+        self.see("#unit-verdict-title", "WITHDRAWN")
+        self.see("#unit-verdict-text", "by Eva: wrong reference. Nobody may use it")
+        self.see("#unit-badges", "withdrawn")
+        self.see("#unit-jobs", "PASS, void")
+        self.see("#unit-jobs", "This verdict does not hold any more: the model was withdrawn since.")
+        self.assertTrue(self.browser.run("return document.querySelector('#unit-withdraw').hidden"), "there is no other")
+        self.assertEqual(self.soakd.query("SELECT subject, user, text FROM event WHERE kind = 'model_withdrawn'"), [(SERIAL, "Eva", "version 1: wrong reference")])
+        unit = self.soakd.get("unit", unit=SERIAL)
+        check_schema(unit, "http-unit")
+        self.assertEqual((unit["model"]["withdrawn"]["reason"], unit["model"]["withdrawn"]["user"]), ("wrong reference", "Eva"))
+        self.assertEqual({one["unit"]: one["verdict"] for one in self.soakd.get("units")["units"]}[SERIAL], None)
+        again = {"unit": SERIAL, "model": 1, "reason": "again", "user": "Eva"}
+        self.assertEqual(self.soakd.refusal("model/withdraw", **again), (409, "state"))
+        self.assertEqual(self.soakd.refusal("model/withdraw", **{**again, "model": 7}), (400, "model"))
+        self.assertEqual(self.soakd.refusal("model/withdraw", **{**again, "reason": ""}), (400, "reason"))
+        self.assertEqual(self.browser.console(), [])
+
+    def test_an_open_page_heeds_a_withdrawal_in_a_terminal(self):
+        self.job(kind="release", unit=SERIAL)
+        self.open_unit(SERIAL)
+        self.see("#unit-badges", "released")
+        self.soakd.soak("model", "retire", "--unit", SERIAL, "--model", "1", "--reason", "wrong reference", "--user", "Bob")
+        self.see("#unit-verdict-title", "WITHDRAWN")
+        self.see("#unit-verdict-text", "by Bob: wrong reference")
+        self.see("#unit-next", "this model is withdrawn, nobody may use it")
+
+    def test_what_is_released_is_handed_over_in_one_archive_with_its_manifest(self):
+        self.job(kind="release", unit=SERIAL)
+        self.assertEqual(self.soakd.refusal("jobs", kind="export_all", format="blob"), (400, "sign"), "there is no key")
+        key = self.soakd.post("key/new", comment="Laboratory 1", user="Eva")["key"]
+        self.assertEqual(self.soakd.refusal("jobs", kind="export_all", format="kalibr"), (400, "format"))
+        self.browser.go(f"{self.soakd.url}#units")
+        self.browser.wait("const b = document.querySelector('#units-export'); return !b.disabled && b.offsetParent !== null")
+        self.browser.click("#units-simulated")
+        self.browser.click("#units-export")
+        self.see("#units-last-job", "Hand-over: all units, their released models, as Calibration file (.soakcal)")
+        self.see("#units-last-job", "Download hand-over.tar")
+        self.see("#units-last-text", "1 file and its signed manifest are in the archive.")
+        self.see("#units-last-rest", f"{OTHER}, left out: no model of it is released; the newest is fitted")
+        job = self.soakd.get("job", id=self.soakd.get("jobs")["jobs"][0]["id"])
+        check_schema(job, "http-job")
+        self.assertEqual(job["result"]["key_id"], key["key_id"])
+        with urllib.request.urlopen(f"{self.soakd.url}api/v1/job/file?id={job['id']}") as answer, tarfile.open(fileobj=io.BytesIO(answer.read())) as archive:
+            files = {member.name: archive.extractfile(member).read() for member in archive.getmembers()}
+        self.assertEqual(sorted(files), [f"hand-over/{SERIAL}.soakcal", "hand-over/manifest.json", "hand-over/manifest.json.sig"])
+        manifest = json.loads(files["hand-over/manifest.json"])
+        check_schema(manifest, "manifest")
+        unit, = manifest["units"]
+        self.assertEqual(unit["sha256"], hashlib.sha256(files[f"hand-over/{SERIAL}.soakcal"]).hexdigest())
+        self.assertEqual(self.browser.console(), [])
+
+    def unit_file(self, **parameters):
+        """Status, name and content, or where it is refused and why."""
+        try:
+            with urllib.request.urlopen(f"{self.soakd.url}api/v1/unit/file?{urllib.parse.urlencode(parameters)}") as answer:
+                return answer.status, answer.headers["Content-Disposition"], answer.read()
+        except urllib.error.HTTPError as refusal:
+            with refusal:
+                error = json.load(refusal)["error"]
+            return refusal.code, error["where"], error["message"]
+
+    def test_the_file_of_a_released_model_is_had_by_serial_number(self):
+        status, where, why = self.unit_file(unit=SERIAL, format="json", simulated="true")
+        self.assertEqual((status, where), (409, "state"))
+        self.assertIn("no model of unit", why)
+        self.job(kind="release", unit=SERIAL)
+        status, where, why = self.unit_file(unit=SERIAL, format="json")
+        self.assertEqual((status, where), (409, "state"))
+        self.assertIn("SIMULATED", why)
+        for _ in range(2):
+            status, name, content = self.unit_file(unit=SERIAL, format="json", simulated="true")
+            self.assertEqual((status, name), (200, f'attachment; filename="{SERIAL}.json"'))
+            self.assertEqual(json.loads(content)["unit"], SERIAL)
+        self.assertEqual(self.soakd.query("SELECT count(*) FROM event WHERE kind = 'calibration_exported'"), [(1,)])
+        for format in ("blob", "c", "px4", "ardupilot"):
+            self.assertEqual(self.unit_file(unit=SERIAL, format=format, simulated="true")[0], 200, format)
+        for wrong, where in (({"unit": "nobody", "format": "json"}, "unit"), ({"unit": SERIAL, "format": "kalibr"}, "format"), ({"unit": SERIAL}, "format"),
+                             ({"unit": SERIAL, "format": "json", "simulated": "yes"}, "simulated")):
+            self.assertEqual(self.unit_file(**wrong)[:2], (400, where), wrong)
+        self.soakd.soak("model", "retire", "--unit", SERIAL, "--model", "1", "--reason", "wrong reference", "--user", "Eva")
+        self.assertEqual(self.unit_file(unit=SERIAL, format="json", simulated="true")[:2], (409, "state"))
 
     @long_test
     def test_a_released_model_before_the_newest_is_exported_where_it_is_chosen(self):

@@ -157,6 +157,10 @@ class Runs(Views):
         self.assertLessEqual(sum(size for _, size in sizes), 300_000, sizes)
 
 
+# Warnings whose remedy names a command in a terminal, where the page has a button: it names that.
+ON_THE_PAGE = {"runs_left_since", "copied_runs"}
+
+
 @unittest.skipUnless(BROWSER and DRIVER, "skipped: chromium and chromedriver are not installed")
 class Units(Views):
     @classmethod
@@ -227,6 +231,9 @@ class Units(Views):
                 self.assertIsInstance(remedy, str, "no German remedy")
                 commands = re.findall(r"soak [a-z]+(?: [a-z]+)?(?=[.,;:)]|$)|[a-z]+(?:-[a-z]+){2,}", remedies[code])
                 for command in commands:
+                    if code in ON_THE_PAGE:
+                        self.assertNotIn("soak ", remedy, "the page has a button for it")
+                        continue
                     self.assertIn(command, remedy)
                     remedy = remedy.replace(command, "")
                 self.assertNotRegex(f"{name}. {remedy}", r"\b(the|of|and|is|are|with|from|by|this|that|again|runs?|fit|no|not)\b")

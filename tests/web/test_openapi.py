@@ -134,7 +134,7 @@ class OpenApi(unittest.TestCase):
         channels = [channel["name"] for channel in self.soakd.get("run", run=run, unit=SERIAL)["streams"][0]["channels"]]
         return {"unit": SERIAL, "campaign": "campaign", "run": run, "channel": channels[:2], "stream": "imu", "from_s": 1, "to_s": 1e6, "points": 10,
                 "after_s": 0, "after": -5, "file": "app.mjs", "type": "generic", "kind": "run_added", "subject": SERIAL, "user": "Eva",
-                "from_utc_s": 0, "to_utc_s": 4e9, "before": 10 ** 6, "most": 10, "version": 1}
+                "from_utc_s": 0, "to_utc_s": 4e9, "before": 10 ** 6, "most": 10, "version": 1, "format": "json", "simulated": "true"}
 
     # ---- the document
 
@@ -192,6 +192,8 @@ class OpenApi(unittest.TestCase):
         self.assertEqual(done["state"], "done", done["message"])
         verified = self.carried_out(kind="verify", unit=SERIAL, campaign="verification")
         self.assertEqual(verified["state"], "done", verified["message"])
+        released = self.carried_out(kind="release", unit=SERIAL)
+        self.assertEqual(released["state"], "done", released["message"])
         values["id"] = self.carried_out(kind="export", unit=SERIAL, format="blob", simulated=True)["id"]
         for (method, path), operation in OPERATIONS.items():
             if method != "GET" or operation["operationId"] == "noise":  # no campaign runs here

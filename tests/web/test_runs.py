@@ -8,6 +8,7 @@ import sys
 import unittest
 import urllib.error
 import urllib.parse
+import urllib.request
 
 from browser import BrowserTest, long_test
 from real_soakd import Soakd
@@ -398,6 +399,59 @@ class Page(WithBrowser):
             self.assertLessEqual(self.browser.run(wide), 0, f"list at {width}")
             self.open_run("R01")
             self.assertLessEqual(self.browser.run(wide), 0, f"run at {width}")
+
+
+class Campaigns(WithBrowser):
+    """The heads of campaigns: a station of its own."""
+
+    def answer_with(self, path, change):
+        """Opens the page; what the station answers to a path is changed by a function body in JavaScript."""
+        self.browser.go("about:blank")
+        self.browser.go(self.soakd.url)
+        self.browser.run("""const [path, body] = arguments, real = window.fetch;
+            const changed = { stored: (document) => ({ ...document, campaigns: [...document.campaigns, body] }), runs: (document) => ({ runs: document.runs.filter(({ campaign }) => campaign === body), not_listed: 3 }) };
+            window.fetch = async (...question) => {
+              const answer = await real(...question);
+              return String(question[0]).endsWith(`/${path}`) ? new Response(JSON.stringify(changed[path](await answer.json()))) : answer;
+            };
+            location.hash = "runs";""", path, change)
+
+    def test_a_campaign_without_a_run_is_listed_with_its_date_and_why(self):
+        self.answer_with("stored", {"name": "ended in its checks", "procedure": "six-position", "state": "failed", "reason": "the chamber does not answer",
+                                    "begun_utc_s": 1790000000.0, "runs": 0, "units": []})
+        self.see("#runs-campaigns", "ended in its checks")
+        self.see("#runs-campaigns", "the chamber does not answer")
+        self.see("#runs-campaigns", "No run of it is stored")
+        self.see("#runs-campaigns", "begun 2026-09-2")
+        self.browser.type("#runs-find", "checks")
+        self.browser.wait("return document.querySelectorAll('#runs-campaigns section').length === 1")
+        self.see("#runs-nothing", "1 campaign")
+        self.assertEqual(self.browser.console(), [])
+
+    def test_runs_that_the_list_leaves_out_are_had_by_what_is_looked_for(self):
+        """The page is given those of one campaign alone, as of a station with many."""
+        self.answer_with("runs", "paused")
+        self.see("#runs-campaigns", "R05")
+        self.see("#runs-more", "3 older runs are not shown.")
+        self.assertNotIn("R01", self.browser.text("#runs-campaigns"))
+        self.see("#runs-campaigns", "older than those shown here")
+        self.browser.type("#runs-find", "spring")
+        self.see("#runs-campaigns", "R01")
+        self.see("#runs-more", "1 older run is not shown.")
+        self.assertEqual(self.browser.console(), [])
+
+    def test_the_report_of_a_campaign_is_made_at_a_click_and_can_be_saved(self):
+        self.open_list()
+        self.browser.click("[data-report='spring']")
+        self.see("[data-report-of='spring']", "Download spring.html")
+        job = self.soakd.get("job", id=self.soakd.get("jobs")["jobs"][0]["id"])
+        check_schema(job, "http-job")
+        self.assertEqual((job["kind"], job["unit"], job["campaign"], job["state"]), ("report_campaign", "", "spring", "done"))
+        self.assertEqual(job["result"]["units"][0]["unit"], "SN1")
+        with urllib.request.urlopen(f"{self.soakd.url}api/v1/job/file?id={job['id']}") as answer:
+            self.assertIn("spring", answer.read().decode())
+        self.assertEqual(self.browser.text("[data-report-of='paused']"), "")
+        self.assertEqual(self.browser.console(), [])
 
 
 class Void(WithBrowser):
