@@ -144,9 +144,15 @@ class Week(LabTest):
         self.browser.wait_for_text(selector, text)
 
     def click(self, selector):
-        self.browser.wait("const b = document.querySelector(arguments[0]); return b && !b.disabled && b.offsetParent !== null", selector)
-        self.browser.run("document.querySelector(arguments[0]).scrollIntoView({block: 'center'})", selector)
-        self.browser.click(selector)
+        """Once more where a list was drawn anew between the look and the click."""
+        for is_last in (False, False, True):
+            self.browser.wait("const b = document.querySelector(arguments[0]); return b && !b.disabled && b.offsetParent !== null", selector)
+            self.browser.run("document.querySelector(arguments[0])?.scrollIntoView({block: 'center'})", selector)
+            try:
+                return self.browser.click(selector)
+            except RuntimeError as error:
+                if is_last or "stale element" not in str(error):
+                    raise
 
     def choose(self, selector, value):
         option = f"{selector} option[value='{value}']"

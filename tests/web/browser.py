@@ -31,8 +31,9 @@ const behind = (node) => { for (let n = node; n; n = n.parentElement) { const c 
   if (c.length < 4 || c[3] === 1) return c; } return [255, 255, 255]; };
 const poor = [];
 for (const node of document.querySelectorAll("body *")) {
-  if (node instanceof SVGElement || !node.checkVisibility() || node.disabled || ![...node.childNodes].some((n) => n.nodeType === 3 && n.data.trim())) continue;
-  const [a, b] = [luminance(parts(getComputedStyle(node).color)), luminance(behind(node))];
+  if (!node.checkVisibility() || node.disabled || ![...node.childNodes].some((n) => n.nodeType === 3 && n.data.trim())) continue;
+  const { color, fill } = getComputedStyle(node);
+  const [a, b] = [luminance(parts(node instanceof SVGElement ? fill : color)), luminance(behind(node))];
   const ratio = (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05);
   if (ratio < 4.5) poor.push(`${ratio.toFixed(2)} ${node.outerHTML.slice(0, 120)}`);
 }

@@ -162,6 +162,10 @@ class Page(PageTest):
         self.station.tell("stop")
         self.see("#lost", "No connection to soakd")
         self.see("#lost", "If soakd is dead, nobody drives the chamber: go and look")
+        self.addCleanup(self.browser.colours, "light")
+        for scheme in ("dark", "light"):
+            self.browser.colours(scheme)
+            self.assertEqual(self.browser.poor_contrast(), [], scheme)
         self.assertEqual(self.browser.run("return document.querySelector('#door').dataset.lamp"), "unknown")
         self.see("#door-text", "no connection to soakd")
         self.assertNotIn("°C", self.browser.run("return document.querySelector('#door-text').innerText"))  # what it said last
@@ -231,35 +235,7 @@ class Page(PageTest):
             self.see("#alarms", "over")
             self.browser.run("document.querySelector('#noise').scrollIntoView()")
             self.wait_for_noise()
-            self.assertEqual(self.browser.run(CONTRAST), [], scheme)
-
-
-# Visible text whose contrast is below 4.5 : 1 (WCAG 2.1, 1.4.3, with its formula of relative luminance). What cannot be
-# used (a button that is disabled) is exempt there.
-CONTRAST = """
-const parse = (text) => text.match(/[\\d.]+/g).map(Number);
-const light = (rgb) => {
-  const [r, g, b] = rgb.slice(0, 3).map((v) => v / 255).map((c) => (c <= 0.03928 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4));
-  return 0.2126 * r + 0.7152 * g + 0.0722 * b;
-};
-const behind = (node) => {
-  for (; node; node = node.parentElement) {
-    const rgb = parse(getComputedStyle(node).backgroundColor);
-    if (rgb.length === 3 || rgb[3] === 1) return rgb;
-  }
-  return [255, 255, 255];
-};
-const low = [];
-for (const node of document.querySelectorAll('body *')) {
-  const text = [...node.childNodes].filter((n) => n.nodeType === 3).map((n) => n.data.trim()).join('');
-  if (!text || node.disabled || node.offsetParent === null && !node.ownerSVGElement) continue;
-  const style = getComputedStyle(node);
-  const [a, b] = [light(parse(node.ownerSVGElement ? style.fill : style.color)), light(behind(node.parentElement && node))];
-  const contrast = (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05);
-  if (contrast < 4.5) low.push(`${text}: ${contrast.toFixed(2)}`);
-}
-return low;
-"""
+            self.assertEqual(self.browser.poor_contrast(), [], scheme)
 
 
 if __name__ == "__main__":
