@@ -127,7 +127,9 @@ class Start(WithForm):
         document = self.get(f"procedures?file={CHANGED}.toml")
         check_schema(document, "http-procedures")
         self.assertEqual(document["procedures"][0]["text"], text)
-        self.assertEqual(self.browser.console(), [])
+        # What is half typed may be refused as a draft, which its field says; Chromium notes that as well.
+        refused = re.compile(r"/api/v1/procedures/new - Failed to load resource: the server responded with a status of 400 ")
+        self.assertEqual([line for line in self.browser.console() if not refused.search(line)], [])
 
 
 class Laboratory(Soakd):
