@@ -46,7 +46,7 @@ class Batch {
   base::Status fit_all() {
     std::vector<std::size_t> all(units_.size());
     std::iota(all.begin(), all.end(), std::size_t{0});
-    const auto first = in_parallel(all, [this](Worker& worker, std::size_t i) { return fit_or_defer(worker, i); });
+    auto first = in_parallel(all, [this](Worker& worker, std::size_t i) { return fit_or_defer(worker, i); });
     if (!first) return first;
     const std::vector<std::size_t> last = std::exchange(deferred_, {});
     if (options_.shard) {
