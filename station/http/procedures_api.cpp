@@ -37,7 +37,6 @@ Result<std::optional<int>> runs_member(const json& body) {
 }
 
 Result<ProcedureChanges> changes_of(const json& body) {
-  ProcedureChanges changes;
   auto set_points_c = numbers_member(body, "set_points_c");
   if (!set_points_c) return base::forward_error(set_points_c);
   const auto runs = runs_member(body);
@@ -60,7 +59,6 @@ Result<Asked> asked_by(const json& body) {
       !known) {
     return base::forward_error(known);
   }
-  Asked asked;
   const auto from = line_member(body, "from", std::nullopt);
   if (!from) return base::forward_error(from);
   const auto name = text_member(body, "name", std::nullopt);

@@ -18,7 +18,18 @@ from test_page_station import RATE_1, attitude, set_step, soak_plan
 WEB = ROOT / "web"
 FOLDER = pathlib.Path(os.environ.get("SOAK_PICTURES", ROOT / "build" / "check" / "pictures"))
 SCREENS = {390: 844, 1280: 900, 1920: 1080}
-SETTLED = "return new Promise((done) => setTimeout(() => requestAnimationFrame(() => requestAnimationFrame(done)), 120))"
+# Until eight frames in a row have the same elements at the same heights.
+SETTLED = """return new Promise((done) => {
+  let before = "", still = 0;
+  const look = () => {
+    const all = document.getElementsByTagName("*").length, now = `${all} ${document.documentElement.scrollHeight}`;
+    still = now === before ? still + 1 : 0;
+    before = now;
+    if (still < 8) requestAnimationFrame(look);
+    else done();
+  };
+  look();
+});"""
 MOST_PX = 6000  # in height: a report goes on for twenty screens
 LEAST_LETTERS = 60  # of a page that is there
 WORDS = "return (document.querySelector('dialog[open]') ?? document.querySelector('main, body')).innerText"
@@ -141,7 +152,6 @@ class Pictures(unittest.TestCase):
             self.go(f"{soakd.url}#{place.format(**names)}")
             self.shown(f"#{view}-view")
             self.see(selector, text.format(**names))
-            self.browser.run("return new Promise((done) => setTimeout(done, 300))")
             self.picture(view)
             for dialog, (opened_at, button) in DIALOGS.items():
                 if opened_at != view:
