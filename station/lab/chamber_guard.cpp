@@ -22,13 +22,19 @@ constexpr double kFullHeating_percent = 95.0;
 constexpr double kFullHeating_s = 3600.0;
 constexpr int kLooks = 3;
 constexpr double kSeenFor_s = 10.0;
+// A unit's reading may be older than the air's by what the computer is behind: nothing at the pace of a real chamber,
+// but many minutes of a simulated one.
+constexpr std::chrono::seconds kBehindHost{2};
 
 }  // namespace
 
-bool ChamberGuard::Sighting::seen(bool now_seen, double now_s) {
+bool ChamberGuard::Sighting::seen(bool now_seen, double now_s, HostTime host, HostTime::duration host_hold) {
   if (!now_seen) looks = 0;
-  if (now_seen && ++looks == 1) since_s = now_s;
-  return looks >= kLooks && now_s - since_s >= kSeenFor_s;
+  if (now_seen && ++looks == 1) {
+    since_s = now_s;
+    since = host;
+  }
+  return looks >= kLooks && now_s - since_s >= kSeenFor_s && host - since >= host_hold;
 }
 
 std::optional<std::string> ChamberGuard::look(double now_s, HostTime host, const hal::ChamberReading* reading,
@@ -43,12 +49,12 @@ std::optional<std::string> ChamberGuard::look(double now_s, HostTime host, const
     if (auto trouble = judge_heating(now_s, host, *reading)) return trouble;
   }
   for (const GuardedUnit& unit : units) {
-    if (auto trouble = judge(unit, now_s, reading)) return trouble;
+    if (auto trouble = judge(unit, now_s, host, reading)) return trouble;
   }
   return std::nullopt;
 }
 
-std::optional<std::string> ChamberGuard::judge(const GuardedUnit& unit, double now_s,
+std::optional<std::string> ChamberGuard::judge(const GuardedUnit& unit, double now_s, HostTime host,
                                                const hal::ChamberReading* reading) {
   Track& track = tracks_[unit.serial];
   track.temps.emplace_back(now_s, unit.temp_c);
@@ -56,7 +62,7 @@ std::optional<std::string> ChamberGuard::judge(const GuardedUnit& unit, double n
 
   const bool too_hot = unit.rated_max_c && unit.temp_c > *unit.rated_max_c + kRatingMargin_c;
   const bool too_cold = unit.rated_min_c && unit.temp_c < *unit.rated_min_c - kRatingMargin_c;
-  if (track.outside.seen(too_hot || too_cold, now_s)) {
+  if (track.outside.seen(too_hot || too_cold, now_s, host, {})) {
     return fmt::format("unit {} reads {:+.1f} °C, its type is rated {} {:+.0f} °C{}", unit.serial, unit.temp_c,
                        too_hot ? "up to" : "down to", too_hot ? *unit.rated_max_c : *unit.rated_min_c,
                        reading == nullptr ? "" : fmt::format("; the chamber says {:+.1f} °C", reading->air_c));
@@ -65,13 +71,13 @@ std::optional<std::string> ChamberGuard::judge(const GuardedUnit& unit, double n
   const auto& [then_s, then_c] = track.temps.front();
   const double elapsed_s = now_s - then_s;
   const double rate_kpmin = elapsed_s >= kFastWindow_s ? 60.0 * (unit.temp_c - then_c) / elapsed_s : 0.0;
-  if (track.fast.seen(std::abs(rate_kpmin) > kFastest_kpmin, now_s)) {
+  if (track.fast.seen(std::abs(rate_kpmin) > kFastest_kpmin, now_s, host, kBehindHost)) {
     return fmt::format("the temperature of unit {} moves by {:+.0f} K/min (now {:+.1f} °C)", unit.serial, rate_kpmin,
                        unit.temp_c);
   }
 
   const bool settled = at_set_point_since_s_ && now_s - *at_set_point_since_s_ >= kSettled_s;
-  if (track.apart.seen(settled && std::abs(unit.temp_c - reading->air_c) > kApart_c, now_s)) {
+  if (track.apart.seen(settled && std::abs(unit.temp_c - reading->air_c) > kApart_c, now_s, host, kBehindHost)) {
     return fmt::format(
         "unit {} reads {:+.1f} °C where the chamber says {:+.1f} °C: one of the two thermometers is wrong", unit.serial,
         unit.temp_c, reading->air_c);

@@ -49,7 +49,9 @@ class ChamberGuard {
   struct Sighting {
     int looks = 0;
     double since_s = 0.0;
-    bool seen(bool now_seen, double now_s);
+    HostTime since{};
+    /// Whether it has now been seen often and long enough, of the computer's own time at least `host_hold`.
+    bool seen(bool now_seen, double now_s, HostTime host, HostTime::duration host_hold);
   };
   struct Track {
     std::deque<std::pair<double, double>> temps;  ///< process time and °C, of a little more than the last minute
@@ -58,7 +60,7 @@ class ChamberGuard {
     Sighting apart;
   };
 
-  [[nodiscard]] std::optional<std::string> judge(const GuardedUnit& unit, double now_s,
+  [[nodiscard]] std::optional<std::string> judge(const GuardedUnit& unit, double now_s, HostTime host,
                                                  const hal::ChamberReading* reading);
   [[nodiscard]] std::optional<std::string> judge_air(double now_s, HostTime host, const hal::ChamberReading& reading);
   /// Trouble where the chamber heats all it can, and that for long, to hold its set point.

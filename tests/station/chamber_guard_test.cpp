@@ -99,6 +99,18 @@ TEST_F(ChamberGuardTest, AUnitFarFromTheAirTripsOnlyOnceTheAirHasStood) {
   EXPECT_FALSE(trips_within(7200.0));
 }
 
+TEST_F(ChamberGuardTest, AReadingThatIsLateByASecondOfAFastClockIsNotApart) {
+  unit.temp_c = 60.0 - 32.0;
+  for (int i = 0; i < 800; ++i) {
+    now_s += 100.0;
+    host += std::chrono::milliseconds(5);
+    air.air_c = 60.0 + 0.01 * (i % 2);
+    const bool late_only = host.time_since_epoch() <= seconds(2);
+    EXPECT_FALSE(guard.look(now_s, host, &air, std::span(&unit, 1)).has_value() && late_only) << i;
+  }
+  EXPECT_TRUE(guard.look(now_s, host, &air, std::span(&unit, 1)).has_value());
+}
+
 TEST_F(ChamberGuardTest, AnAirThatStandsStillFarFromItsSetPointTripsAfterTenMinutes) {
   air.air_c = 34.0;
   const double after_s = trips_within(7200.0, [] {}).value_or(0.0);
