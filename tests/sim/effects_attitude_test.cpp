@@ -140,5 +140,19 @@ TEST(PositionMemory, DependsOnThePositionBeforeAndStays) {
   EXPECT_NE(after(kUps[0]), after(kUps[4]));
 }
 
+TEST(PositionMemory, AHalfTurnDoesNotRestOnTheAxisThatItPasses) {
+  const auto turned_over = [](bool sampled_on_the_axis) {
+    LoneEffect effect("position_memory");
+    for (double t_s = 0.0; t_s <= 100.0; t_s += 0.1) effect.at(at_rest(t_s, 25.0, kUps[0]));
+    const double half = std::sqrt(0.5);
+    effect.at(at_rest(102.5, 25.0, {half, half, 0.0}));
+    if (sampled_on_the_axis) effect.at(at_rest(105.0, 25.0, {0.0, 1.0, 0.0}));
+    effect.at(at_rest(105.1, 25.0, {-0.03, std::sqrt(1.0 - 0.0009), 0.0}));
+    return effect.at(at_rest(110.0, 25.0, kUps[1]));
+  };
+  EXPECT_EQ(turned_over(true), turned_over(false));
+  EXPECT_NE(turned_over(true), 0.0);
+}
+
 }  // namespace
 }  // namespace soak::hal::sim

@@ -6,6 +6,8 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <limits>
+#include <optional>
 #include <string>
 
 #include "base/random.h"
@@ -32,6 +34,30 @@ std::string element_name(const char* prefix, std::size_t row, std::size_t column
 bool rests_on_an_axis(const Vector3& up) {
   return std::max({std::abs(up[0]), std::abs(up[1]), std::abs(up[2])}) > 1.0 - 1e-9;
 }
+
+/// The up vectors in which a unit rests, from moment to moment. A half turn goes through an axis on its way: where the
+/// unit has left again within kPassing_s it did not rest.
+class Rests {
+ public:
+  void advance(const Vector3& up, double time_s) {
+    if (up == now_) return;
+    if (!left_s_) left_s_ = time_s;
+    if (!rests_on_an_axis(up)) return;
+    if (*left_s_ - came_s_ >= kPassing_s) before_ = now_;
+    now_ = up;
+    came_s_ = time_s;
+    left_s_.reset();
+  }
+  /// The one before the present one; 0 in the first.
+  [[nodiscard]] const Vector3& before() const { return before_; }
+
+ private:
+  static constexpr double kPassing_s = 2.0;
+  Vector3 now_{};
+  Vector3 before_{};
+  double came_s_ = -std::numeric_limits<double>::infinity();
+  std::optional<double> left_s_;
+};
 
 }  // namespace
 
@@ -129,12 +155,9 @@ std::unique_ptr<Effect> make_reposition_creep(const EffectOrder&, ShapeDraws& sh
 
 std::unique_ptr<Effect> make_position_memory(const EffectOrder&, ShapeDraws& shape) {
   const Vector3 direction = drawn_direction(shape.random());
-  return shared_response([=, resting_up = Vector3{}, memory = 0.0](const Conditions& now) mutable {
-    if (rests_on_an_axis(now.up) && now.up != resting_up) {
-      memory = dot(direction, resting_up);
-      resting_up = now.up;
-    }
-    return memory;
+  return shared_response([=, rests = Rests()](const Conditions& now) mutable {
+    rests.advance(now.up, now.time_s);
+    return dot(direction, rests.before());
   });
 }
 
