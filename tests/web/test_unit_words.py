@@ -19,6 +19,7 @@ FILLED_IN = {
     "runs of campaign '{}' were withdrawn after it was verified against them: verify it again": ("week-1",),
     "{} was due on {}: record with a newer certificate and fit again": ("chamber_probe 'PT-7' (certificate K-12)", "2026-11-26"),
     "it is withdrawn: fit again": (),
+    "a verification on {}, after its release, said {}: release it again ('soak release --unit {}')": ("2026-11-26", "fail", "SN1"),
     "it belongs to epoch {}, the unit is in epoch {}: fit again": ("1", "2"),
 }
 # Warnings that become one, with the sentences that stand in their braces.
@@ -182,6 +183,27 @@ class Words(BrowserTest):
         self.assertEqual(why, "Model 1 was verified, but not from this page: its numbers are in its report.")
         (following, why) = told({**unit, "release": {"obstacles": ["it was never verified: 'soak verify'"], "expires": None}})
         self.assertEqual((following["kind"], why), ("verify", "Model 1 has not been verified here."))
+
+    def test_a_model_that_failed_after_its_release_is_to_be_released_again(self):
+        self.browser.go(self.soakd.url)
+        again = "a verification on 2026-11-26, after its release, said fail: release it again ('soak release --unit SN1')"
+
+        def told(obstacles):
+            return self.browser.run("""const [obstacles] = arguments; return import('/text.mjs').then(({ textsOf }) => textsOf('units')).then(() => import('/unit_words.mjs'))
+                .then(({ isToReleaseAgain }) => isToReleaseAgain({ obstacles }))""", obstacles)
+        self.assertEqual([told(list) for list in ([again], [again, "it is withdrawn: fit again"], ["it is withdrawn: fit again"], [])], [True, False, False, False])
+
+    def test_the_largest_difference_of_two_curves_is_where_they_share_a_temperature(self):
+        self.browser.go(self.soakd.url)
+
+        def told(newest, older):
+            curve = [[{"temp_c": t, "bias": bias, "ci95": ci95} for t, bias, ci95 in points] for points in (newest, older)]
+            return self.browser.run("""const [newest, older] = arguments[0]; return import('/text.mjs').then(({ textsOf }) => textsOf('units')).then(() => import('/curve_words.mjs'))
+                .then(({ differenceText }) => [differenceText(newest, older, ['bias', 'ci95'], '°/s'), differenceText(newest, older, ['scale_ppm', 'scale_ci95_ppm'], 'ppm')])""", curve)
+        apart = told([(-10, 0.5, 0.01), (0, 0.1, 0.01), (20, 0.3, 0.02)], [(-5, 0.0, 0.03), (5, 0.02, 0.03), (25, 0.2, 0.05)])
+        # Of the second curve 0.01 at 0 °C and 0.155 at 20 °C, on straight lines between its points; −10 °C it does not reach.
+        self.assertEqual(apart, ["Largest difference between the two: +0.145 °/s at 20 °C, where the wider 95 % band is ±0.045 °/s.", ""])
+        self.assertEqual(told([(0, 1.0, 0.1)], [(10, 1.0, 0.1)])[0], "The two curves have no temperature in common.")
 
     def test_a_file_and_a_verdict_from_before_a_repair_or_a_void_are_told_to_be_void(self):
         self.browser.go(self.soakd.url)
