@@ -2,6 +2,7 @@
 // The Help: pages of docs/ that tools/help_pages.py has turned into HTML when soakd was built.
 
 import { $, element, say, show } from "./dom.mjs";
+import { styled } from "./style_sheet.mjs";
 import { language, T } from "./text.mjs";
 
 /** Where somebody at the page begins, who names no page of the Help. */
@@ -35,6 +36,8 @@ export class HelpView {
   #opened = 0;
 
   #asked = ""; // what is looked for
+
+  #styled = styled("help.css");
 
   constructor() {
     show($("help-english"), language !== "en");
@@ -96,6 +99,7 @@ export class HelpView {
     show($("help-failure"), false);
     try {
       const text = await this.#text(name);
+      await this.#styled;
       if (mine !== this.#opened) return; // somebody has gone on meanwhile
       this.#show(name, text);
       this.#go(heading);

@@ -507,7 +507,7 @@ class Page(BrowserTest, WithStation):
                  {"sensor": "accel_x", "unit": "m/s2", "within_run": 0.002, "share_minutes": 1.0, "share_hours": 0.0, "bias_instability": None}]
         rows = self.browser.run("return import('/gap_words.mjs').then((words) => words.slowNoiseRows(arguments[0]))", noise)
         self.assertEqual(rows[0][:5], ["gyro x", "0.0031", "°/s", "25 %", "75 %"])
-        self.assertIn("0.70", rows[0][5])
+        self.assertIn("0.00070", rows[0][5])
         self.assertEqual(rows[1][5], "–")
 
     @long_test

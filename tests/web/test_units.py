@@ -294,7 +294,7 @@ class Page(BrowserTest, WithStation):
         self.browser.type("#unit-ids", "12,x")
         self.click("#unit-export")
         self.see("#job-failure", "one or two whole numbers")
-        self.browser.type("#unit-ids", "1310988, 77")
+        self.browser.run("document.querySelector('#unit-ids').value = arguments[0]", "1310988, 77")
         self.click("#unit-export")
         self.click("#sure-send")
         self.see("#unit-jobs li:first-child", "as PX4 parameters")
