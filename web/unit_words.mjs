@@ -42,13 +42,20 @@ export function judgedCurves({ sensors }, model) {
   ]).filter(({ limit, worst }) => typeof limit === "number" && typeof worst === "number").sort((a, b) => (b.worst + (b.guard ?? 0)) / b.limit - (a.worst + (a.guard ?? 0)) / a.limit);
 }
 
+/** @returns {[string, string]} an error and its U to the same decimal: that of the second digit of U (JCGM 100:2008, 7.2.6); without a U two digits */
+export function errorTexts(worst, guard) {
+  if (typeof guard !== "number" || !(guard > 0)) return [significant(worst, 2), significant(guard, 2)];
+  const decimals = Math.max(0, 1 - Math.floor(Math.log10(guard)));
+  return [number(worst, decimals), number(guard, decimals)];
+}
+
 /** " Nearest to its limit: accel y, 0.021 ± 0.009 of 0.03 m/s² at 26 °C."; "" where no limit is set. */
 function nearestText(result, model) {
   const [nearest] = judgedCurves(result, model);
   if (nearest === undefined) return "";
   const { name, isScale, worst, guard, limit, temp_c, unit } = nearest;
   const told = worst > limit ? U.judged.beyond : U.judged.nearest;
-  return ` ${told(U.judged.curve(sensorText(name), isScale), significant(worst, 2), significant(guard, 2), significant(limit, 2), unit, number(temp_c, 0))}`;
+  return ` ${told(U.judged.curve(sensorText(name), isScale), ...errorTexts(worst, guard), significant(limit, 2), unit, number(temp_c, 0))}`;
 }
 
 /**

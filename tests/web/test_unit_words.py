@@ -288,7 +288,10 @@ class Words(BrowserTest):
               [...box.querySelectorAll('tbody tr')].map((row) => [...row.cells].map((cell) => cell.textContent))]; });""", unit)
         self.assertEqual(curves, [["accel_x", True], ["accel_x", False], ["gyro_x", False]])
         self.assertTrue(told.endswith("Nearest to its limit: accel x, scale, 480 ± 60 ppm at 56 °C, limit 500 ppm."), told)
-        self.assertEqual(rows[1], ["accel x", "0.018", "±0.0050", "0.030", "m/s²", "−4", "PASS"])
+        sensors["accel_x"]["scale"]["worst_abs"] = 560.0
+        beyond = self.browser.run("const [unit] = arguments; return import('/unit_words.mjs').then((words) => words.verdictText(unit)[0])", unit)
+        self.assertTrue(beyond.endswith("Farthest beyond its limit: accel x, scale, 560 ± 60 ppm at 56 °C, limit 500 ppm."), beyond)
+        self.assertEqual(rows[1], ["accel x", "0.0183", "±0.0050", "0.030", "m/s²", "−4", "PASS"])
 
     def test_what_accepted_effects_close_is_held_against_what_was_expected(self):
         self.browser.go(self.soakd.url)
