@@ -381,7 +381,7 @@ class HandOver(BrowserTest):
         self.job(kind="release", unit=SERIAL)
         self.soakd.soak("import", stored_units() / "small.csv", "--unit", SERIAL, "--campaign", "later", "--simulated", "--gravity-mps2", "9.80665")
         self.open_unit(SERIAL)
-        self.see("#unit-next", "it is released, and does not keep the rule of release any more: runs for calibration are not in it: r1")
+        self.see("#unit-next", "Do not hand it over. Fit it again, then verify and release it: runs for calibration are not in it: r1")
         self.see("#unit-facts", "yes, against the rule of release: do not hand it over")
         done = self.job(kind="export", unit=SERIAL, format="blob", simulated=True)
         self.assertEqual((done["state"], done["file"]), ("failed", None), done)
