@@ -32,6 +32,7 @@ struct Table::Document {
   std::set<const toml::table*> opened;  ///< tables whose keys were to be read
   std::set<const toml::node*> refused;
   std::set<std::string> missing;
+  std::set<std::string, std::less<>> wanted_at_top;  ///< keys above the first section that were looked for
   std::vector<Mistake> mistakes;
 
   void mistake(const toml::source_region& source, std::string text) {
@@ -43,6 +44,7 @@ struct Table::Document {
     if (!place.table) return nullptr;
     const toml::node* node = place.table->get(key);
     if (node) asked.insert(node);
+    if (!node && place.table == &root) wanted_at_top.emplace(key);
     if (!node && required && missing.insert(fmt::format("{}{}", place.name, key)).second) {
       mistake(place.table->source(), fmt::format("key '{}{}' is missing", place.name, key));
     }
@@ -77,10 +79,16 @@ struct Table::Document {
     return values;
   }
 
+  /// Where a key stands that belongs above the first section: `wanted` has those that were looked for there.
+  [[nodiscard]] std::string place_of(const toml::table& table, std::string_view key) const {
+    if (&table == &root || !wanted_at_top.contains(std::string(key))) return {};
+    return " here: it belongs above the first [section] of the file";
+  }
+
   void refuse_unknown(const toml::table& table) {
     for (const auto& [key, node] : table) {
       if (!asked.contains(&node)) {
-        mistake(key.source(), fmt::format("unknown key '{}'", key.str()));
+        mistake(key.source(), fmt::format("unknown key '{}'{}", key.str(), place_of(table, key.str())));
         continue;
       }
       if (const toml::table* inner = node.as_table()) refuse_unknown_in(*inner);

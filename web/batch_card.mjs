@@ -8,7 +8,8 @@ import { endedText, runningText } from "./job_words.mjs";
 import { batchText, messageOf, restOf } from "./batch_words.mjs";
 import { fileLink } from "./file_link.mjs";
 import { badge } from "./runs_view.mjs";
-import { U } from "./unit_words.mjs";
+import { isSure } from "./sure_dialog.mjs";
+import { isToReleaseAgain, U } from "./unit_words.mjs";
 import { unitAddress } from "./views.mjs";
 import { openCampaign } from "./words.mjs";
 
@@ -22,6 +23,8 @@ export class BatchCard {
   #changed;
   #running = null; // the job that is under way, of whatever unit
   #shown = null; // number of the job of all units that is shown as the last; 0: none; null: nobody has looked
+  /** @type {import("./documents.mjs").UnitLine[]} */
+  #may = []; // those that may be released
   #can = { fit_all: false, verify_all: false, release_all: false, export_all: false };
   #asked = false; // somebody has asked for a job, and the station has not answered
   #picked = false; // somebody has chosen the campaign to verify with
@@ -53,12 +56,13 @@ export class BatchCard {
   offer({ units, check_campaigns: campaigns }) {
     const toFit = units.filter(({ to_fit }) => to_fit > 0).length;
     const verified = units.filter(({ model }) => model?.state === "verified");
-    const may = verified.filter(({ release }) => release?.obstacles.length === 0);
+    const may = units.filter(({ model, release }) => (model?.state === "verified" && release?.obstacles.length === 0) || (model?.state === "released" && isToReleaseAgain(release)));
+    this.#may = may;
     const notSearched = may.filter(({ gap_searched: isSearched }) => !isSearched).length;
     this.#can = { fit_all: toFit > 0, verify_all: campaigns.length > 0 && units.some(({ model }) => model !== null), release_all: may.length > 0, export_all: units.some(({ model }) => model !== null && (model.state === "released" || model.version > 1)) };
     show($("units-batch"), units.length > 0);
     say($("units-to-fit"), `${U.batch.toFit(toFit)} ${U.batch.leftAlone}`);
-    const blocked = verified.length - may.length;
+    const blocked = verified.filter(({ release }) => release?.obstacles.length !== 0).length;
     say($("units-verified"), U.releaseAll.waiting(may.length) + (blocked > 0 ? U.releaseAll.blocked(blocked) : "") + (notSearched > 0 ? U.releaseAll.notSearched(notSearched) : ""));
     this.#campaigns = campaigns;
     this.#offerCampaigns();
@@ -89,7 +93,15 @@ export class BatchCard {
     for (const [kind, button] of Object.entries(BUTTONS)) $(button).disabled = this.#asked || this.#running !== null || !this.#can[kind];
   }
 
+  /** Whether those that may be released are to be: with their serial numbers, and what nobody has looked for. */
+  #isSureToRelease() {
+    const { title, text, unit: line, send } = U.releaseAll.ask;
+    const list = this.#may.map(({ unit, model, gap_searched: searched }) => line(unit, model.version, { again: model.state === "released", searched }));
+    return isSure({ title: title(list.length), text, list, send });
+  }
+
   async #start(kind) {
+    if (kind === "release_all" && !(await this.#isSureToRelease())) return;
     const own = { verify_all: () => ({ campaign: $("units-campaign").value }), export_all: () => ({ format: $("units-format").value, simulated: $("units-simulated").checked }) };
     await this.#ask(kind, "jobs", { kind, ...own[kind]?.(), user: this.#userName() });
   }

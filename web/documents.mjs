@@ -193,8 +193,18 @@
  * @property {number | null} ended_utc_s
  * @property {number | null} exit_status
  * @property {string | null} message
- * @property {any} result of what soak printed; null where it printed nothing
+ * @property {any} result of what soak printed (of an export as px4 or ardupilot with `cubic`, a CubicLoss for each sensor); null where it printed nothing
  * @property {{name: string, bytes: number} | null} file
+ */
+
+/**
+ * @typedef {object} CubicLoss what a cubic over temperature loses against the curve of a sensor
+ * @property {"deg/s" | "m/s2"} unit
+ * @property {number} rms
+ * @property {number} worst
+ * @property {number} worst_temp_c
+ * @property {number} ci95_at_worst
+ * @property {number} beyond_ci95 share of the range
  */
 
 /**
@@ -365,7 +375,7 @@
  * @property {SetupChoices} setup
  */
 
-/** @typedef {PlainAnswers & {"run/series": Series, "audit/check": Chain, "model/rows": ModelRows, "unit/noise": UnitNoise}} Answers */
+/** @typedef {PlainAnswers & {"run/series": Series, "audit/check": Chain, "references/released": {released: {unit: string, model: number}[]}, "model/rows": ModelRows, "unit/noise": UnitNoise}} Answers */
 
 /**
  * The answer to a path with or without parameters.

@@ -15,19 +15,26 @@ const kindText = (kind) => (Object.hasOwn(E.kinds, kind) ? E.kinds[kind] : kind.
 /** Where the event log about a unit, a run or a campaign is. */
 const eventsAddress = (asked) => `#${new URLSearchParams({ events: "", ...asked })}`;
 
-const RUN_ID = /^[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}$/;
+/** Of a run or a certificate. */
+const NUMBER = /^[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}$/;
 const FIELDS = ["kind", "subject", "user", "from", "to"];
+/** Kinds that the station enters by itself while it works, where nobody is named. */
+const OWN = ["alarm", "alarm_not_sent", "alarm_sent", "campaign", "campaign_failed", "campaign_finished", "campaign_interrupted", "campaign_running", "chamber", "check_standard", "device", "job_ended",
+  "journal", "position", "power", "pre-flight", "prompt", "run", "run_added", "run_warning", "segment", "step", "storage", "unit"];
 
 export class EventsView {
   #asked = ""; // the question, without the page
   #oldest = null; // number of the last event shown
   #runs = new Map(); // number → the run, of those that events are about
+  /** @type {Map<string, import("./documents.mjs").Reference>} */
+  #certificates = new Map(); // number → the certificate, likewise
   #opened = 0; // counts the requests: only the answer to the last one is shown
 
   constructor() {
     $("audit-form").addEventListener("submit", (event) => {
       event.preventDefault();
-      const address = eventsAddress(Object.fromEntries(FIELDS.map((name) => [name, $(`audit-${name}`).value.trim()]).filter(([, value]) => value !== "")));
+      const asked = FIELDS.map((name) => [name, $(`audit-${name}`).value.trim()]).filter(([, value]) => value !== "");
+      const address = eventsAddress(Object.fromEntries($("audit-routine").checked ? [...asked, ["routine", "true"]] : asked));
       if (address === location.hash) this.#load();
       else location.hash = address;
     });
@@ -42,6 +49,7 @@ export class EventsView {
       if (name === "kind" && ![...$("audit-kind").options].some((option) => option.value === value)) this.#addKind(value);
       $(`audit-${name}`).value = value;
     }
+    $("audit-routine").checked = parameters.has("routine");
     await this.#load();
   }
 
@@ -51,7 +59,10 @@ export class EventsView {
 
   #question() {
     const question = new URLSearchParams();
-    for (const name of ["kind", "subject", "user"]) if ($(`audit-${name}`).value.trim()) question.set(name, $(`audit-${name}`).value.trim());
+    const valueOf = (name) => $(`audit-${name}`).value.trim();
+    for (const name of ["kind", "user"]) if (valueOf(name)) question.set(name, valueOf(name));
+    if (valueOf("subject")) question.set("about", aboutOf(valueOf("subject")));
+    if (!valueOf("kind") && !$("audit-routine").checked) question.set("routine", "false");
     for (const name of ["from", "to"]) if ($(`audit-${name}`).value) question.set(`${name}_utc_s`, String(new Date($(`audit-${name}`).value).getTime() / 1000));
     return question;
   }
@@ -91,16 +102,18 @@ export class EventsView {
       if (isSame) last.times += 1;
       else gathered.push({ event, times: 1 });
     }
-    return gathered.map(({ event, times }) => eventRow(event, times, this.#runs.get(event.subject) ?? null));
+    return gathered.map(({ event, times }) => eventRow(event, times, this.#runs.get(event.subject) ?? null, this.#certificates.get(event.subject) ?? null));
   }
 
-  /** Looks up the runs that events are about, once for each page that has one that is not known. */
-  async #lookUpRuns(events) {
-    if (!events.some(({ subject }) => RUN_ID.test(subject) && !this.#runs.has(subject))) return;
+  /** Looks up the runs and certificates that events are about, once for each page that has one that is not known. */
+  async #lookUp(events) {
+    const unknown = events.filter(({ subject }) => NUMBER.test(subject) && !this.#runs.has(subject) && !this.#certificates.has(subject));
+    const [references, runs] = [true, false].map((is) => unknown.some(({ kind }) => kind.startsWith("reference_") === is));
     try {
-      for (const run of (await get("runs")).runs) this.#runs.set(run.run_id, run);
+      if (references) for (const entry of (await get("references")).references) this.#certificates.set(entry.record_id, entry);
+      if (runs) for (const run of (await get("runs")).runs) this.#runs.set(run.run_id, run);
     } catch (error) {
-      console.warn("no runs:", error.message); // their numbers stand there then
+      console.warn("no names:", error.message); // their numbers stand there then
     }
   }
 
@@ -113,7 +126,7 @@ export class EventsView {
     $("audit-older").disabled = true;
     try {
       const page = await get(`audit?${question}`);
-      await this.#lookUpRuns(page.events);
+      await this.#lookUp(page.events);
       if (mine !== this.#opened) return null;
       this.#oldest = page.events.at(-1)?.number ?? this.#oldest;
       show($("audit-older"), page.has_older);
@@ -146,8 +159,16 @@ export class EventsView {
   }
 }
 
-/** `run`: that it is about; null: about something else, or one that is not listed. */
-function eventRow({ utc_s, kind, subject, user, text }, times, run) {
+/** What somebody has written as the column shows it, as the station knows it: a run by label and campaign, a certificate by its number. */
+function aboutOf(text) {
+  const [, name] = text.match(E.certificateWritten) ?? [];
+  if (name !== undefined) return name;
+  const [, label, campaign] = text.match(E.runWritten) ?? [];
+  return campaign === undefined ? text : `${label} of ${campaign}`;
+}
+
+/** `run`, `certificate`: that it is about; null: about something else, or one that is not listed. */
+function eventRow({ utc_s, kind, subject, user, text }, times, run, certificate) {
   const row = element("tr", "");
   const time = element("td", "");
   time.append(Object.assign(element("time", clock(utc_s)), { dateTime: new Date(utc_s * 1000).toISOString() }));
@@ -156,11 +177,11 @@ function eventRow({ utc_s, kind, subject, user, text }, times, run) {
     cell.append(english(words));
     return cell;
   };
-  const about = element("td", run === null ? subject : "");
+  const about = element("td", run !== null ? "" : certificate !== null ? E.certificate(certificate.name, certificate.certificate) : subject);
   if (run !== null) about.append(Object.assign(element("a", E.run(run.run, run.campaign)), { href: `#${new URLSearchParams({ run: run.run_id, unit: run.unit })}`, title: subject }));
   const what = own(text);
   if (times > 1) what.append(E.times(times));
-  row.append(time, Object.hasOwn(E.kinds, kind) ? element("td", E.kinds[kind]) : own(kindText(kind)), about, element("td", user ?? E.nobody), what);
+  row.append(time, Object.hasOwn(E.kinds, kind) ? element("td", E.kinds[kind]) : own(kindText(kind)), about, element("td", user ?? (OWN.includes(kind) ? E.station : E.nobody)), what);
   // On a narrow screen the style sheet makes blocks of them, which are no row and cells by themselves.
   row.role = "row";
   for (const cell of row.cells) cell.role = "cell";

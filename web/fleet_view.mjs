@@ -15,6 +15,15 @@ const HEIGHT = 260;
 const COLOURS = ["unit-6", "unit-1", "unit-3", "unit-5"];
 const PARTS = ["fleet-yield", "fleet-summary", "fleet-rule", "fleet-units-card", "fleet-curves"];
 
+const LAST = "soak-fleet-type"; // the type that was looked at last
+
+/** The type that was looked at last, else the one with most units; "" where there is none. */
+function typeToBegin(counts) {
+  const last = localStorage.getItem(LAST);
+  if (counts.has(last)) return last;
+  return [...counts].sort(([a, few], [b, many]) => many - few || (a < b ? -1 : 1))[0]?.[0] ?? "";
+}
+
 /** Where the page of a type is. */
 const fleetAddress = (type) => `#${new URLSearchParams({ fleet: type })}`;
 
@@ -38,8 +47,11 @@ export class FleetView {
     try {
       const { units } = await get("units");
       if (mine !== this.#opened) return; // somebody has gone on meanwhile
-      const types = [...new Set(units.map(({ type }) => type))].sort();
-      this.#asked ||= types[0] ?? "";
+      const counts = new Map();
+      for (const { type } of units) counts.set(type, (counts.get(type) ?? 0) + 1);
+      const types = [...counts.keys()].sort();
+      this.#asked ||= typeToBegin(counts);
+      if (counts.has(this.#asked)) localStorage.setItem(LAST, this.#asked);
       this.#offer(types);
       const type = this.#asked;
       if (type === "") return;

@@ -11,7 +11,7 @@ export const F = await textsOf("fleet");
 const JUDGED = ["pass", "marginal", "fail"];
 /** In which unit a curve of a sensor is drawn, and what of the document that takes. */
 const SCALE = { unit: "ppm", factor: 1 };
-const BIAS = { "deg/s": { unit: "m°/s", factor: 1000 }, "m/s2": { unit: "mm/s²", factor: 1000 } };
+const BIAS = { "deg/s": { unit: "°/s", factor: 1 }, "m/s2": { unit: "m/s²", factor: 1 } };
 
 export const CURVES = ["bias", "scale"];
 export const shownUnit = (sensor, curve) => (curve === "scale" ? SCALE : BIAS[sensor.unit]);
@@ -55,7 +55,7 @@ const curveName = ({ name, curve }) => F.curves.of[curve](sensorText(name));
 /** "bias of gyro x: 5.1 spreads, most at 40 °C" */
 export const outlierText = (outlier) => F.outlier(curveName(outlier), number(outlier.distance, 1), number(outlier.farthest_c, 0));
 
-/** "bias of gyro x: +12 m°/s at 40 °C, band ±4" */
+/** "bias of gyro x: +0.012 °/s at 40 °C, band ±0.004" */
 export function driftText(drift) {
   const [change, band] = [drift.change, drift.band].map((value) => significant(drift.unit.factor * value, 2));
   return F.drift(curveName(drift), `${drift.change > 0 ? "+" : ""}${change} ${drift.unit.unit}`, number(drift.temp_c, 0), band);

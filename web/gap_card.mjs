@@ -3,10 +3,10 @@
 
 import { $, element, english, say, show, tell } from "./dom.mjs";
 import { clock } from "./format.mjs";
-import { acceptsNext, closedText, evidenceOf, experimentOf, G, gapNextOf, gapSureOf, gapText, gapVerdictOf, intervalText, hasFresh, isAccepted, openEffect, openRivals, outsideText, plain, sensorsText, shareText, shownText, sizeText, slowNoiseRows, small, smallUnitOf, stepRows } from "./gap_words.mjs";
+import { acceptsNext, closedText, evidenceOf, experimentOf, G, gapNextOf, gapSureOf, gapText, gapVerdictOf, intervalText, hasFresh, isAccepted, openEffect, openRivals, outsideText, plain, sensorsText, shareText, shownText, sizeText, slowNoiseRows, biasText, biasUnitOf, stepRows } from "./gap_words.mjs";
 import { heatTable, mapKey } from "./heat_map.mjs";
 import { runningText } from "./job_words.mjs";
-import { sensorText } from "./unit_words.mjs";
+import { sensorText, stalePart } from "./unit_words.mjs";
 
 const GAP_PARTS = ["gap-verdict", "gap-next-box", "gap-reason", "gap-map", "gap-limits", "gap-steps", "gap-slow"];
 
@@ -76,7 +76,7 @@ export class GapCard {
     const { job } = find;
     const [version, time] = [job.result.model, clock(job.started_utc_s)];
     const isOfBefore = isAccepted(job.result, this.#unit.model);
-    tell($("gap-stale"), isOfBefore ? G.card.before(version, time, job.user) : G.card.stale(version, time, job.user, find.stale));
+    tell($("gap-stale"), isOfBefore ? G.card.before(version, time, job.user) : G.card.stale(version, time, job.user, find.stale === null ? "" : stalePart(find.stale)));
   }
 
   #renderSearch({ job: { result }, stale }) {
@@ -134,7 +134,7 @@ export class GapCard {
     show($("gap-shown"), shown !== null);
     if (shown === null) return;
     const { job: { result, started_utc_s: started, user }, stale } = shown;
-    const old = stale === null ? [] : G.shown.stale(stale);
+    const old = stale === null ? [] : G.shown.stale(stalePart(stale));
     tell($("gap-shown-text"), [shownText(result), G.shown.compared(clock(started), user), ...old]);
     $("gap-shown-table").replaceChildren(...shownTable(result));
     $("gap-remarks").replaceChildren(...result.remarks.map((text) => element("li", text)));
@@ -225,7 +225,7 @@ function shownTable({ sensors, terms }) {
   const rows = ["fresh", "fitted"].flatMap((use) => Object.entries(sensors).filter(([, sensor]) => sensor[use] !== null).map(([name, sensor]) => {
     const part = sensor[use];
     const closed = use === "fresh" ? closedText(part.closed_fraction) : "–";
-    return [sensorText(name), G.shown.uses[use], small(part.before_rms, 3), small(part.after_rms, 3), small(part.floor_rms, 3), smallUnitOf(name), closed,
+    return [sensorText(name), G.shown.uses[use], biasText(part.before_rms, 3), biasText(part.after_rms, 3), biasText(part.floor_rms, 3), biasUnitOf(name), closed,
       use === "fresh" ? intervalText(accepted[name]?.closed_ci95) : "–"];
   }));
   return tableParts(G.shown.heads, rows);
@@ -238,7 +238,7 @@ function limits({ detection_limit: limit, not_testable: notTestable, rejected_by
     const table = element("table", "");
     table.className = "list figures";
     table.append(...tableParts(G.limits.heads,
-      sensors.map((name) => [sensorText(name), small(limit[name]), small(gap[name]?.before_rms, 3), small(gap[name]?.after_rms, 3), small(gap[name]?.floor_rms, 3), smallUnitOf(name)])));
+      sensors.map((name) => [sensorText(name), biasText(limit[name]), biasText(gap[name]?.before_rms, 3), biasText(gap[name]?.after_rms, 3), biasText(gap[name]?.floor_rms, 3), biasUnitOf(name)])));
     const box = element("div", "");
     box.className = "scroll";
     box.tabIndex = 0;

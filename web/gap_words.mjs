@@ -17,13 +17,19 @@ const MOST_PER_CENT = 999; // beyond, a fraction says only that the gap was smal
 /** {title, state} of a search's verdict. */
 export const gapVerdictOf = (verdict) => (Object.hasOwn(VERDICTS, verdict) ? { title: G.verdicts[verdict], state: VERDICTS[verdict] } : { title: String(verdict), state: "" });
 
-/** "m°/s", "mm/s²": a thousandth of what the document has. */
-const SMALL = { "deg/s": "m°/s", "m/s2": "mm/s²" };
-export const smallUnitOf = (sensor) => (sensor.startsWith("gyro") ? SMALL["deg/s"] : SMALL["m/s2"]);
-export const small = (value, digits = 2) => (value === null || value === undefined ? UNKNOWN : significant(1000 * value, digits));
+/** The unit of a sensor's bias, as everywhere on the page. */
+export const biasUnitOf = (sensor) => (sensor.startsWith("gyro") ? "°/s" : "m/s²");
+export const biasText = (value, digits = 2) => (value === null || value === undefined ? UNKNOWN : significant(value, digits));
 
-/** "312 s, tau 320 s" */
-export const sizeText = ({ magnitude, shape }) => `${significant(magnitude.value, 3)} ${readable(magnitude.unit)}${shape ? `, ${shape}` : ""}`;
+/** Units of a size that only one kind of sensor has. */
+const OF_KIND = { "deg/s": "gyro", "m/s2": "accel", "m/s²": "accel" };
+
+/** "312 s, tau 320 s"; of an effect in gyros and accelerometers whose size is in the unit of one kind, which kind that is. */
+export function sizeText({ magnitude, shape, sensors = [] }) {
+  const kind = OF_KIND[magnitude.unit];
+  const isOfOne = kind !== undefined && sensors.some((sensor) => !sensor.startsWith(kind)) && sensors.some((sensor) => sensor.startsWith(kind));
+  return `${significant(magnitude.value, 3)} ${readable(magnitude.unit)}${isOfOne ? ` (${G.sizeOf[kind]})` : ""}${shape ? `, ${shape}` : ""}`;
+}
 
 export const sensorsText = (sensors) => (sensors.length === 6 ? G.allSensors : sensors.map(sensorText).join(", "));
 
@@ -64,25 +70,25 @@ function unknownText({ residual_structure: structure, suspects, gap }) {
   const over = (sensor) => (gap[sensor]?.floor_rms > 0 ? gap[sensor].before_rms / gap[sensor].floor_rms : 0);
   const sensors = structure?.sensors ?? suspects.flatMap((suspect) => suspect.sensors);
   const [most] = [...sensors].sort((a, b) => over(b) - over(a));
-  const size = most !== undefined && over(most) > 0 ? [G.found.gap(sensorText(most), small(gap[most].before_rms, 3), small(gap[most].floor_rms, 3), smallUnitOf(most))] : [];
+  const size = most !== undefined && over(most) > 0 ? [G.found.gap(sensorText(most), biasText(gap[most].before_rms, 3), biasText(gap[most].floor_rms, 3), biasUnitOf(most))] : [];
   if (structure === null) return [...G.found.unknown([]), ...size];
   const steps = structure.steps ?? [];
   if (structure.kind !== "telegraph_noise" && steps.length > 0) {
     const inNoise = (step) => Math.abs(step.size) / (gap[step.sensor]?.floor_rms || 1);
     const largest = steps.reduce((a, b) => (inNoise(b) > inNoise(a) ? b : a));
-    return [G.found.step(sensorText(largest.sensor), small(largest.size), smallUnitOf(largest.sensor), largest.run, whenText(largest), number(largest.temp_c, 0), steps.length - 1)];
+    return [G.found.step(sensorText(largest.sensor), biasText(largest.size), biasUnitOf(largest.sensor), largest.run, whenText(largest), number(largest.temp_c, 0), steps.length - 1)];
   }
   const where = structure.kind === "telegraph_noise" ? [G.found.jumps(sensorsText(sensors))] : G.found.follows(structure.axis, sensorsText(sensors));
   return [...G.found.unknown(where), ...size];
 }
 
-/** "1,1 to 1,4 m°/s in a gyro": the sizes at the gate, of gyros and of accelerometers. */
+/** "0.0011 to 0.0014 °/s in a gyro": the sizes at the gate, of gyros and of accelerometers. */
 function limitsText(limit) {
   return [true, false].flatMap((isGyro) => {
     const sensors = Object.keys(limit).filter((sensor) => sensor.startsWith("gyro") === isGyro);
     if (sensors.length === 0) return [];
     const values = sensors.map((sensor) => limit[sensor]);
-    return [G.sure.limit(small(Math.min(...values)), small(Math.max(...values)), smallUnitOf(sensors[0]), isGyro)];
+    return [G.sure.limit(biasText(Math.min(...values)), biasText(Math.max(...values)), biasUnitOf(sensors[0]), isGyro)];
   });
 }
 
@@ -196,15 +202,15 @@ export const evidenceOf = (effect) => [
  * @param {import("./documents.mjs").SlowNoise[]} list
  */
 export const slowNoiseRows = (list) => list.map(({ sensor, within_run: size, share_minutes: minutes, share_hours: hours, bias_instability: rest }) => [
-  sensorText(sensor), small(size), smallUnitOf(sensor), `${Math.round(100 * minutes)} %`, `${Math.round(100 * hours)} %`,
-  rest === null ? UNKNOWN : G.slow.rest(small(rest.value), small(rest.ci95[0]), small(rest.ci95[1]))]);
+  sensorText(sensor), biasText(size), biasUnitOf(sensor), `${Math.round(100 * minutes)} %`, `${Math.round(100 * hours)} %`,
+  rest === null ? UNKNOWN : G.slow.rest(biasText(rest.value), biasText(rest.ci95[0]), biasText(rest.ci95[1]))]);
 
 /**
  * Rows of the table of steps.
  * @param {import("./documents.mjs").BiasStep[]} steps
  */
 export const stepRows = (steps) => steps.map((step) => [
-  step.run, sensorText(step.sensor), whenText(step), number(step.temp_c, 1), small(step.size), smallUnitOf(step.sensor)]);
+  step.run, sensorText(step.sensor), whenText(step), number(step.temp_c, 1), biasText(step.size), biasUnitOf(step.sensor)]);
 
 // ---- before and after
 

@@ -4,7 +4,7 @@
 
 import { element } from "./dom.mjs";
 import { number, written } from "./format.mjs";
-import { G, small, smallUnitOf } from "./gap_words.mjs";
+import { G, biasText, biasUnitOf } from "./gap_words.mjs";
 import { sensorText } from "./unit_words.mjs";
 
 const STEPS = [3, 6, 12]; // standard errors of a cell from which on it is coloured, and more so
@@ -53,7 +53,7 @@ function cell(value, sigma) {
 function sigmaText(sigma) {
   if (sigma === null) return G.map.noSigma;
   const known = sigma.flat().filter((value) => value !== null);
-  const [least, most] = [Math.min(...known), Math.max(...known)].map((value) => small(value));
+  const [least, most] = [Math.min(...known), Math.max(...known)].map((value) => biasText(value));
   return G.map.sigma(least, most);
 }
 
@@ -62,7 +62,7 @@ export function heatTable(name, { sigma }, values, { plateaus, positions }) {
   const table = element("table", "");
   table.className = "heat-map";
   const caption = element("caption", "");
-  caption.append(element("b", sensorText(name)), ` ${smallUnitOf(name)}; ${sigmaText(sigma)}`);
+  caption.append(element("b", sensorText(name)), ` ${biasUnitOf(name)}; ${sigmaText(sigma)}`);
   const head = element("tr", "");
   head.append(element("td", ""), ...positions.map((position) => Object.assign(element("th", position || G.map.any), { scope: "col" })));
   const top = element("thead", "");

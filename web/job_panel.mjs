@@ -3,17 +3,17 @@
 
 import { get, looksForJobs, post } from "./api.mjs";
 import { $, element, say, show, tell } from "./dom.mjs";
-import { fileLink } from "./file_link.mjs";
-import { clock } from "./format.mjs";
-import { endedText, isVerdictVoid, madeFrom, runningText, verbOf, voidOf } from "./job_words.mjs";
+import { jobLine, spoken, verdictIn, voidIn } from "./job_line.mjs";
+import { isVerdictVoid, madeFrom, runningText, verbOf } from "./job_words.mjs";
 import { obstacleParts } from "./obstacle_words.mjs";
-import { badge } from "./runs_view.mjs";
-import { campaignToVerifyWith, isBeingChecked, nextOf, U, verdictOf } from "./unit_words.mjs";
+import { isSure } from "./sure_dialog.mjs";
+import { campaignToVerifyWith, isBeingChecked, isToReleaseAgain, nextOf, U } from "./unit_words.mjs";
 
 const LOOK_AGAIN_MS = 1000;
 const LOOKS_AT_OTHERS = 10; // every so many times where no job is known to run
 const MOST_SHOWN = 8;
 const OF_RUNS = "kalibr"; // the one format that is not of a model
+const MOST_ID = 2147483647;
 const KINDS = ["fit", "verify", "release", "export", "report"];
 
 export class JobPanel {
@@ -65,6 +65,10 @@ export class JobPanel {
   }
 
   open(serial) {
+    if (serial !== this.#serial) {
+      $("unit-format").selectedIndex = 0; // what was chosen for another unit is not what is wanted of this one
+      $("unit-ids").value = "";
+    }
     this.#serial = serial;
     this.#picked = false;
     this.#ended = [];
@@ -84,7 +88,7 @@ export class JobPanel {
     this.#offerVersions(unit);
     const { kind: next } = nextOf(unit, open);
     for (const kind of KINDS) $(`unit-${kind}`).classList.toggle("primary", kind === next);
-    const isOpen = unit.model?.state === "fitted" || unit.model?.state === "verified";
+    const isOpen = isUnreleased(unit);
     const obstacles = isOpen ? (unit.release?.obstacles ?? []) : [];
     tell($("unit-release-why"), obstacles.length > 0 ? [U.jobs.notReleased, ...obstacleParts(obstacles)] : []);
     this.#showEnded();
@@ -95,11 +99,11 @@ export class JobPanel {
   #offerCampaigns(unit, open) {
     const { model, verify_with: fresh, fitted_to: fitted } = unit;
     const chosen = $("unit-campaign").value;
+    const named = (campaign, runs, use) => (campaign === open?.name ? U.jobs.campaignOpen(campaign, runs, open, use) : U.jobs.campaignRuns(campaign, runs, use));
     const option = (text, value, disabled) => Object.assign(element("option", text), { value, disabled });
     $("unit-campaign").replaceChildren(
-      ...fresh.map(({ campaign, runs, purpose }) =>
-        option(campaign === open?.name ? U.jobs.campaignOpen(campaign, runs, open, purpose) : U.jobs.campaignRuns(campaign, runs, purpose), campaign, false)),
-      ...fitted.map(({ campaign, runs }) => option(U.jobs.campaignRuns(campaign, runs, "fitted"), campaign, true)));
+      ...fresh.map(({ campaign, runs, purpose }) => option(named(campaign, runs, purpose), campaign, false)),
+      ...fitted.map(({ campaign, runs }) => option(named(campaign, runs, "fitted"), campaign, true)));
     const isThere = fresh.some(({ campaign }) => campaign === chosen);
     const own = campaignToVerifyWith(fresh, open)?.campaign ?? null;
     if (this.#picked && isThere) $("unit-campaign").value = chosen;
@@ -146,10 +150,11 @@ export class JobPanel {
     const busy = this.#running !== null || this.#unit === null;
     const hasModel = this.#unit?.model != null;
     $("unit-fit").disabled = busy || this.#unit.to_fit === 0;
+    show($("unit-fit-none"), this.#unit?.to_fit === 0);
     const isOlder = hasModel && this.#unit.model.epoch !== this.#unit.epoch; // of the unit before its repair
     $("unit-verify").disabled = busy || !hasModel || isOlder || this.#unit.verify_with.length === 0;
     $("unit-report").disabled = busy || !hasModel;
-    $("unit-release").disabled = busy || !hasModel || this.#unit.model.state === "released" || this.#unit.release.obstacles.length > 0;
+    $("unit-release").disabled = busy || !hasModel || !mayBeReleased(this.#unit);
     const against = hasModel && this.#unit.model.state === "released" ? this.#unit.release.obstacles : []; // the rule of release, by now
     const isUnfit = isOlder || this.#unit?.model?.state === "withdrawn" || against.length > 0;
     const isExportOff = isUnfit && this.#olderVersion() === null && $("unit-format").value !== OF_RUNS;
@@ -174,13 +179,39 @@ export class JobPanel {
       $("unit-simulated").focus();
       return;
     }
+    if (kind === "export" && members.accel_id === null) {
+      say($("job-failure"), U.jobs.wrongDeviceIds);
+      show($("job-failure"), true);
+      $("unit-ids").focus();
+      return;
+    }
+    if (kind === "export" && !(await this.#isSureToExport(members))) return;
     await this.start(kind, members);
+  }
+
+  /**
+   * A file that nobody vouches for leaves only when that is wanted.
+   * @param {any} members of the request
+   */
+  async #isSureToExport({ format, model, sign }) {
+    if (format === OF_RUNS || model !== undefined || !isUnreleased(this.#unit)) return true;
+    const { title, text, send } = U.jobs.askUnreleased;
+    return isSure({ title: title(this.#unit.model.version), text: text(`${this.#unit.unit}.unreleased…`, sign), send });
   }
 
   #exportMembers() {
     const isChosen = (name) => !$(`${name}-box`).hidden && !$(name).disabled && $(name).checked;
     const older = this.#olderVersion();
-    return { format: $("unit-format").value, ...(older === null ? {} : { model: older }), simulated: isChosen("unit-simulated"), sign: isChosen("unit-sign") };
+    return { format: $("unit-format").value, ...(older === null ? {} : { model: older }), ...this.#deviceIds(), simulated: isChosen("unit-simulated"), sign: isChosen("unit-sign") };
+  }
+
+  /** Of PX4, where they are given; `accel_id` is null where what is written is none. */
+  #deviceIds() {
+    const text = $("unit-ids").value.trim();
+    if ($("unit-ids-box").hidden || text === "") return {};
+    const ids = text.split(",").map((one) => (/^\s*\d+\s*$/.test(one) ? Number(one) : 0));
+    if (ids.length > 2 || ids.some((id) => id < 1 || id > MOST_ID)) return { accel_id: null };
+    return { accel_id: ids[0], ...(ids.length > 1 ? { gyro_id: ids[1] } : {}) };
   }
 
   /** The version that is to be exported instead of the newest; null where it is that. */
@@ -188,8 +219,9 @@ export class JobPanel {
     return $("unit-version-box").hidden || $("unit-version").value === "" ? null : Number($("unit-version").value);
   }
 
-  /** Only a calibration file can be signed, and only by a station that has a key. */
+  /** Only a calibration file can be signed, and only by a station that has a key; only PX4 asks for which device it is. */
   async #offerSignature() {
+    for (const id of ["unit-ids-box", "unit-ids-none"]) show($(id), $("unit-format").value === "px4");
     show($("unit-sign-box"), $("unit-format").value === "blob");
     try {
       const { key } = await get("key");
@@ -271,40 +303,14 @@ export class JobPanel {
   }
 }
 
-const spoken = (job) => {
-  const { title, badge: { text }, text: why } = endedText(job);
-  return [`${title}: ${text}. `, { english: why }];
-};
+/**
+ * Whether nobody has released the newest model.
+ * @param {import("./documents.mjs").Unit} unit
+ */
+const isUnreleased = ({ model }) => model?.state === "fitted" || model?.state === "verified";
 
-/** What a job of all units said of this one, if that was the last verification; else null. */
-const verdictIn = ({ id, unit }, verification) => (unit === "" && verification?.job.id === id ? verification.job.result.verdict : null);
-
-/** As voidOf(), also of a job of all units that this one was judged in. */
-const voidIn = (job, unit) => voidOf(verdictIn(job, unit?.verification ?? null) === null ? job : { ...job, kind: "verify" }, unit);
-
-/** What stands for the verdict `given`: whether it is void, or another one counts by now. */
-function markOf(given, isOver, not) {
-  if (isOver) return { text: U.jobs.voidSince(given.text), state: "waiting" };
-  return not === null ? given : { text: U.jobs.noMore(given.text), state: "" };
-}
-
-/** `from`: as madeFrom() says; `verdict`: as verdictIn(); `isOver`: it does not hold any more; `not`: as voidIn(). */
-function jobLine(job, from, verdict, isOver, not) {
-  const { title, badge: own, text } = endedText(job);
-  const given = verdict === null ? own : { text: verdictOf(verdict).title, state: verdictOf(verdict).state };
-  const mark = markOf(given, isOver, not);
-  const line = element("li", "");
-  line.dataset.state = job.state;
-  const head = Object.assign(element("div", ""), { className: "row" });
-  head.append(badge(mark), element("strong", title), Object.assign(element("span", `${clock(job.ended_utc_s ?? job.started_utc_s)}, ${job.user}`), { className: "why" }));
-  if (job.file) head.append(fileLink(job));
-  line.append(head);
-  if (from) line.append(Object.assign(element("p", from), { className: "why" }));
-  if (not !== null) {
-    const why = Object.assign(element("p", ""), { className: "why" });
-    tell(why, not);
-    line.append(why);
-  }
-  if (text) line.append(Object.assign(element("p", text), { className: job.state === "failed" ? "bad" : "why", lang: "en" }));
-  return line;
-}
+/**
+ * Whether the rule lets the newest model be released, for the first time or again.
+ * @param {import("./documents.mjs").Unit} unit
+ */
+const mayBeReleased = ({ model, release }) => (model.state === "released" ? isToReleaseAgain(release) : release.obstacles.length === 0);

@@ -3,7 +3,7 @@
 
 import { number, shortDuration } from "./format.mjs";
 import { G, gapVerdictOf, plain } from "./gap_words.mjs";
-import { U, verdictOf } from "./unit_words.mjs";
+import { stalePart, U, verdictOf } from "./unit_words.mjs";
 
 /** A text by its name in the interface; one that is not known is that name. */
 const known = (texts, name) => (Object.hasOwn(texts, name ?? "") ? texts[name] : name);
@@ -114,7 +114,7 @@ export function voidOf({ id, kind, state }, unit) {
   const verification = unit?.verification ?? null;
   if (verification === null || state !== "done" || kind !== "verify") return null;
   if (verification.job.id !== id) return [U.jobs.judgedAgain];
-  return verification.stale === null ? null : [U.jobs.voidVerdict, { english: verification.stale }, "."];
+  return verification.stale === null ? null : [U.jobs.voidVerdict, stalePart(verification.stale), "."];
 }
 
 /**

@@ -27,6 +27,7 @@ const KNOWN = [
   [/^(\d+) of the runs that it was fitted to are withdrawn or not in this data folder: fit again$/, ([count]) => U.obstacles.gone(count)],
   [/^runs of campaign '(.*)' were withdrawn after it was verified against them: verify it again$/, ([campaign]) => U.obstacles.checkWithdrawn(campaign)],
   [/^it was measured, and runs of campaign '(.*)' are SIMULATED: /, ([campaign]) => U.obstacles.checkSimulated(campaign)],
+  [/^a verification on ([\d-]{10}), after its release, said (\w+): release it again /, ([on, verdict]) => U.obstacles.releaseAgain(day(on), verdictOf(verdict).title)],
   [/^it is withdrawn: fit again$/, () => U.obstacles.withdrawn],
   [/^withdrawn, whole or in part, after the model was fitted to it: (.*): fit again$/, ([runs]) => U.obstacles.voided(runs)],
   [/^(\w+) '(.*?)' \(certificate (.*?)\) was due on ([\d-]{10}): /, ([kind, name, certificate, due]) => U.obstacles.due(reference(kind, name, certificate), day(due))],

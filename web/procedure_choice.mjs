@@ -2,7 +2,7 @@
 // The procedure of a new campaign: chosen from the list, changed before it begins, or a file of one's own.
 
 import { get, post } from "./api.mjs";
-import { $, element, show } from "./dom.mjs";
+import { $, element, say, show } from "./dom.mjs";
 import { procedureText } from "./start_words.mjs";
 import { T } from "./text.mjs";
 
@@ -44,6 +44,8 @@ export class ProcedureChoice {
     $("start-procedure").required = own;
     $("start-choice").required = !own;
     show($("changes-box"), this.#chosen() !== undefined);
+    const chosen = this.#chosen();
+    say($("start-chosen"), chosen === undefined ? "" : procedureText(chosen)); // the field may be too narrow for it
     this.#open();
   }
 

@@ -5,6 +5,7 @@ import { AlarmsCard } from "./alarms_card.mjs";
 import { get, post } from "./api.mjs";
 import { $, element, english, say, show } from "./dom.mjs";
 import { KeyCard } from "./key_card.mjs";
+import { RecordDialog } from "./record_dialog.mjs";
 import { badge } from "./runs_view.mjs";
 import { C, dueText, hintOf, kindText, limitsText, ratingText, standingOf, valueText } from "./records_words.mjs";
 import { unitAddress } from "./views.mjs";
@@ -16,6 +17,7 @@ export class RecordsView {
   #operator;
   #alarms;
   #key;
+  #retirement;
   #retiring = null; // the entry that the dialog is about
 
   /** `userName()`: who does something; `operator()`: the same, "" where nobody has said so, for records that state who. */
@@ -28,8 +30,7 @@ export class RecordsView {
     $("reference-form").addEventListener("input", ({ target }) => target.removeAttribute("aria-invalid"));
     $("reference-kind").addEventListener("change", () => this.#sayUnit());
     $("new-unit-form").addEventListener("submit", (event) => this.#addUnit(event));
-    $("retire-form").addEventListener("submit", (event) => this.#retire(event));
-    $("retire-cancel").addEventListener("click", () => $("retire-dialog").close());
+    this.#retirement = new RecordDialog("retire", (record) => this.#retire(record));
   }
 
   async open() {
@@ -62,7 +63,7 @@ export class RecordsView {
       return row;
     });
     $("references").tBodies[0].replaceChildren(...rows);
-    show($("references-box"), rows.length > 0);
+    for (const id of ["references-box", "references-wider"]) show($(id), rows.length > 0);
     show($("references-none"), rows.length === 0);
   }
 
@@ -119,23 +120,32 @@ export class RecordsView {
   #askToRetire(entry) {
     this.#retiring = entry;
     say($("retire-text"), C.retire.about(kindText(entry.kind), entry.name, entry.certificate));
-    $("retire-reason").value = "";
-    $("retire-user").value = this.#operator();
-    show($("retire-failure"), false);
-    $("retire-dialog").showModal();
-    $("retire-reason").focus();
+    this.#retirement.open(this.#operator());
+    this.#sayWhatIsLost(entry);
   }
 
-  async #retire(event) {
-    event.preventDefault(); // it stays open until the station has said yes
-    await tell("retire-failure", async () => {
-      const record = { record_id: this.#retiring.record_id, reason: $("retire-reason").value.trim(), user: $("retire-user").value.trim() };
-      const { references } = await post("references/retire", record);
-      $("retire-dialog").close();
-      this.#showReferences(references);
-      say($("records-news"), C.references.retired(this.#retiring.name));
-      $("records-title").focus(); // the button that led here is gone
-    });
+  /** Which releases rest on it: each would break the rule of release from then on. */
+  async #sayWhatIsLost(entry) {
+    const state = (text, units = []) => {
+      if (this.#retiring !== entry) return; // the dialog is about another one by now
+      say($("retire-lost"), text);
+      $("retire-units").replaceChildren(...units.map(({ unit, model }) => element("li", C.retire.unit(unit, model))));
+      show($("retire-units"), units.length > 0);
+    };
+    state(C.retire.looking);
+    try {
+      const { released } = await get(`references/released?${new URLSearchParams({ record_id: entry.record_id })}`);
+      state(released.length === 0 ? C.retire.nothingLost : C.retire.lost(released.length), released);
+    } catch (error) {
+      state(C.retire.notKnown(error.message));
+    }
+  }
+
+  async #retire(record) {
+    const { references } = await post("references/retire", { record_id: this.#retiring.record_id, ...record });
+    this.#showReferences(references);
+    say($("records-news"), C.references.retired(this.#retiring.name));
+    $("retire-dialog").addEventListener("close", () => $("records-title").focus(), { once: true }); // the button that led here is gone
   }
 
   async #addUnit(event) {

@@ -4,34 +4,14 @@
 
 import { Axis } from "./axes.mjs";
 import { BELOW, draw, LEFT, Panel, RIGHT, TOP } from "./figure.mjs";
+import { FIGURE_WORDS } from "./figure_words.mjs";
 import { BIAS, drawAllan, drawCurve, drawResiduals, HEIGHT, isNumber, ordinates, Range, runLegend, runStyle, SCALE } from "./sensor_figures.mjs";
 
 const GAP_PANEL = 190;
 const CHECK_HEIGHT = 240;
 
-/** @type {import("./sensor_figures.mjs").FigureWords} */
-const WORDS = {
-  temperature: "temperature of the unit, °C",
-  bias: (unit) => `bias, ${unit}`,
-  scale: "scale error, ppm",
-  deployed: "deployed curve",
-  mean: "95 %, mean curve",
-  fresh: "95 %, one fresh power-on",
-  moreRuns: (count) => `and ${count} runs more`,
-  sweeps: "▲ heating ▼ cooling",
-  drawn: (drawn, total) => `${drawn} of ${total} rows drawn`,
-  residual: (unit) => `row − curve, ${unit}`,
-  shape: (unit) => `the same, each run's own offset removed, ${unit}`,
-  freshRun: "fresh run, in no fit",
-  limit: "limit",
-  limitBeyond: (limit) => `limit ±${limit}: beyond the drawing`,
-  tau: "averaging time τ, s",
-  deviation: (unit) => `Allan deviation, ${unit}`,
-  interval: "shaded: 95 %",
-};
-
 /** Units as the report writes them. */
-const unitText = (unit) => unit.replace("m/s2", "m/s²");
+const unitText = (unit) => unit.replace("m/s2", "m/s²").replace("deg/s", "°/s");
 
 const data = JSON.parse(document.getElementById("data").textContent);
 
@@ -45,7 +25,7 @@ function drawCheck(figure, sensor, { campaigns, reference_c }) {
   const isOut = ({ verdict }) => verdict === "out_of_control";
   const [lower, centre, upper] = ["lower", "centre", "upper"].map((key) => at(limited, ({ limits }) => limits[key]));
   const { axis } = new Range().take(ordinates([...biases(() => true), ...lower, ...upper]));
-  const name = `bias at ${reference_c} °C, ${sensor.startsWith("gyro") ? "deg/s" : "m/s²"}`;
+  const name = `bias at ${reference_c} °C, ${sensor.startsWith("gyro") ? "°/s" : "m/s²"}`;
   const x = new Axis(0, Math.max(10, campaigns.length + 1));
   const panel = new Panel(TOP, CHECK_HEIGHT - BELOW, x, axis, "campaigns in the order of time", name);
   panel.line(centre, "curve");
@@ -111,14 +91,14 @@ function drawTrack(figure, { truth, tracks }) {
 
 const CHARTS = {
   curve(figure, sensor) {
-    drawCurve(figure, sensor, sensor.rows, BIAS, WORDS.bias(unitText(sensor.unit)), runLegend(sensor.rows, WORDS), WORDS);
+    drawCurve(figure, sensor, sensor.rows, BIAS, FIGURE_WORDS.bias(unitText(sensor.unit)), runLegend(sensor.rows, FIGURE_WORDS), FIGURE_WORDS);
   },
   scale(figure, sensor) {
-    drawCurve(figure, sensor, sensor.scale_rows, SCALE, WORDS.scale, [], WORDS);
+    drawCurve(figure, sensor, sensor.scale_rows, SCALE, FIGURE_WORDS.scale, [], FIGURE_WORDS);
   },
-  residuals: (figure, sensor) => drawResiduals(figure, sensor, unitText(sensor.unit), WORDS),
+  residuals: (figure, sensor) => drawResiduals(figure, sensor, unitText(sensor.unit), FIGURE_WORDS),
   gap: drawGap,
-  allan: (figure) => drawAllan(figure, data.noise, figure.dataset.of, figure.dataset.of === "gyro" ? "deg/s" : "m/s²", WORDS),
+  allan: (figure) => drawAllan(figure, data.noise, figure.dataset.of, figure.dataset.of === "gyro" ? "°/s" : "m/s²", FIGURE_WORDS),
   error: (figure) => drawErrors(figure, figure.dataset.of === "mean" ? data.mean : data.outages[figure.dataset.of].errors),
   track: (figure) => drawTrack(figure, data.outages[figure.dataset.of]),
   check: (figure) => drawCheck(figure, figure.dataset.of, data.check[figure.dataset.unit]),

@@ -118,7 +118,12 @@ export const text = {
   },
   help: {
     title: "Hilfe",
-    english: "Die Anleitung gibt es nur auf Englisch.",
+    english: "Der Leitfaden ist auf Englisch. Was er kursiv Records, Units, Runs, Events nennt, heißt hier Prüfmittel, Prüflinge, Kampagnen und Läufe, Ereignisse.",
+    find: "Suchen",
+    findHint: "limit, release, alarm…",
+    reading: "Die Seiten werden gelesen…",
+    nothing: "Keine Stelle der Hilfe hat alle diese Wörter. Sie ist auf Englisch.",
+    found: (count) => plural(count, { one: `${count} Stelle:`, other: `${count} Stellen:` }),
     unknown: (name) => `In der Hilfe gibt es keine Seite „${name}“.`,
     noAnswer: "Die Station antwortet nicht: Diese Seite der Hilfe ist jetzt nicht zu lesen.",
   },

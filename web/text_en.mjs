@@ -35,6 +35,11 @@ export const text = {
   help: {
     title: "Help",
     english: "The guide is in English.",
+    find: "Search",
+    findHint: "limit, release, alarm…",
+    reading: "The pages are being read…",
+    nothing: "Nothing in the Help has all of these words.",
+    found: (count) => plural(count, { one: `${count} place:`, other: `${count} places:` }),
     unknown: (name) => `The Help has no page "${name}".`,
     noAnswer: "The station does not answer: this page of the Help cannot be read now.",
   },

@@ -6,20 +6,26 @@ export const text = {
   kind: "Kind",
   all: "all",
   about: "About",
-  aboutHint: "unit, run, campaign",
+  aboutHint: "unit, run, campaign…",
+  routine: "also routine lines: position, power, segment, step",
   by: "By",
   byHint: "name",
   from: "From",
   to: "To",
   show: "Show",
   clear: "Clear",
-  none: "No event is like that. “About” and “By” must be the whole name.",
+  none: "No event is like that. “About” takes what the column shows, a run’s label alone, or a serial number, “By” the whole name. Routine lines are left out unless they are ticked.",
   time: "Time",
   what: "What",
   older: "Older",
   nobody: "nobody named",
+  station: "the station",
   /** A run by its label, instead of its number. */
   run: (label, campaign) => `${label} of ${campaign}`,
+  /** The same as somebody writes it: label and campaign. */
+  runWritten: /^(.+?) of (.+)$/,
+  certificateWritten: /^.+, certificate (.+)$/,
+  certificate: (name, certificate) => `${name}, certificate ${certificate}`,
   /** How often the same happened one after the other. */
   times: (count) => ` (${count} times)`,
   /** Kinds of events; others are written as the station names them, with spaces. */

@@ -60,7 +60,7 @@ export const text = {
     /** @returns {import("./dom.mjs").Part[]} */
     before: (version, time, user) => [`This search is of model ${version}, ${time} by ${user}: of before its effects were accepted.`],
     /** @returns {import("./dom.mjs").Part[]} */
-    stale: (version, time, user, why) => [`This search is of model ${version}, ${time} by ${user}. It does not hold any more: `, { english: why }, "."],
+    stale: (version, time, user, why) => [`This search is of model ${version}, ${time} by ${user}. It does not hold any more: `, why, "."],
     terms: "Effects that the model carries",
     labOnly: "Lab only: the unit itself cannot correct it.",
     inFile: "In the calibration file: the unit corrects it.",
@@ -71,6 +71,8 @@ export const text = {
   /** The same at the head of its card; the g of "g sensitivity" is no G. */
   effectTitle: (name) => effect(name).replace(/^[a-z](?=[a-z])/, (first) => first.toUpperCase()),
   either,
+  /** Of which sensors a size is that not all of them have a unit for. */
+  sizeOf: { gyro: "of the gyros", accel: "of the accelerometers" },
   allSensors: "all sensors",
   found: {
     none: "What the unit read beyond the model is no more than how its runs differ. Smaller effects may be there unseen: the limits are below.",
@@ -155,7 +157,7 @@ export const text = {
     curve: (sensors) => ` In fresh runs ${sensors}, on which the effects do not act, are far above the floor, too: the curve over temperature does not fit these runs. Mostly they stand between plateaus that are far apart. Verify says whether that keeps the limits; if not, record plateaus closer together and fit again.`,
     searchAgain: " Record the calibration procedure once more, fit again and search again.",
     /** @returns {import("./dom.mjs").Part[]} */
-    stale: (why) => [" It does not hold any more: ", { english: why }, "."],
+    stale: (why) => [" It does not hold any more: ", why, "."],
     heads: ["Sensor", "Runs", "Before", "After", "Floor", "Unit", "Closed", "Expected when accepted (95 %)"],
     uses: { fresh: "fresh", fitted: "fitted" },
     tooSmall: "too small to tell",

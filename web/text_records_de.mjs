@@ -19,6 +19,7 @@ function limitText(name, value) {
 
 /** @type {typeof import("./text_records_en.mjs").text} */
 export const text = {
+  wider: "→ Die Tabelle geht nach rechts weiter: wischen.",
   references: {
     title: "Prüfmittel",
     about: "Kalibrierscheine dessen, womit das Labor misst. Eine Kampagne beginnt nur mit Prüfmitteln, deren Kalibrierschein gültig ist oder für die jemand mit Unterschrift eine Ausnahme erlaubt hat.",
@@ -66,7 +67,12 @@ export const text = {
   },
   retire: {
     title: "Dieses Prüfmittel ausmustern?",
-    about: (kind, name, certificate) => `${kind}: „${name}“, Kalibrierschein ${certificate}, wird ab jetzt nicht mehr verwendet. Was damit gemessen wurde, behält die Angaben dazu.`,
+    about: (kind, name, certificate) => `${kind}: „${name}“, Kalibrierschein ${certificate}, wird ab jetzt nicht mehr verwendet. Ergebnisse nennen es weiter, und dass es ausgemustert wurde.`,
+    looking: "Es wird nachgesehen, welche Freigaben darauf beruhen…",
+    nothingLost: "Kein freigegebener Prüfling beruht darauf.",
+    lost: (count) => plural(count, { one: `${count} freigegebener Prüfling beruht darauf und darf nicht mehr ausgeliefert werden, bis er mit neueren Läufen verifiziert oder angepasst ist:`, other: `${count} freigegebene Prüflinge beruhen darauf und dürfen nicht mehr ausgeliefert werden, bis sie mit neueren Läufen verifiziert oder angepasst sind:` }),
+    unit: (serial, model) => `${serial}, Modell ${model}`,
+    notKnown: (message) => `Welche freigegebenen Prüflinge darauf beruhen, ist nicht bekannt: ${message}`,
     reason: "Grund, für das Protokoll",
     keep: "Behalten",
     send: "Ausmustern",

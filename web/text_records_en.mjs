@@ -8,6 +8,8 @@ const unitOf = (name) => (name.endsWith("_scale_ppm") ? "ppm" : name.startsWith(
 const ALL_AXES = { gyro: "gyros, bias", accel: "accelerometers, bias", gyro_scale_ppm: "gyros, scale", accel_scale_ppm: "accelerometers, scale" };
 
 export const text = {
+  /** On a narrow screen, above a table. */
+  wider: "→ The table goes on to the right: swipe it.",
   references: {
     title: "References",
     about: "Certificates of what the laboratory measures with. A campaign begins only with references that are valid, or waived with a signature.",
@@ -54,7 +56,12 @@ export const text = {
   },
   retire: {
     title: "Retire this reference?",
-    about: (kind, name, certificate) => `${kind} “${name}”, certificate ${certificate}: it is out of use from now on. What was measured with it keeps it.`,
+    about: (kind, name, certificate) => `${kind} “${name}”, certificate ${certificate}: it is out of use from now on. Results name it, and that it was retired.`,
+    looking: "Looking for releases that rest on it…",
+    nothingLost: "No released unit rests on it.",
+    lost: (count) => plural(count, { one: `${count} released unit rests on it and becomes “do not hand over”, until it is verified again or fitted again with newer runs:`, other: `${count} released units rest on it and become “do not hand over”, until they are verified again or fitted again with newer runs:` }),
+    unit: (serial, model) => `${serial}, model ${model}`,
+    notKnown: (message) => `Which released units rest on it is not known: ${message}`,
     reason: "Reason, for the record",
     keep: "Keep it",
     send: "Retire",

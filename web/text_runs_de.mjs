@@ -89,7 +89,7 @@ export const text = {
     label: (about) => `Zeitverlauf, ${about}`,
     labelAt: (time, values) => `Zeitverlauf, bei ${time}: ${values}`,
     channel: channelText,
-    stream: (name) => ({ chamber: "Kammer" }[name] ?? name),
+    stream: (name) => ({ chamber: "Protokoll der Kammer" }[name] ?? name),
     panels: { "°C": "Temperatur", "°/s": "Drehrate", "m/s²": "Spezifische Kraft", V: "Spannung", A: "Strom" },
     noUnit: "Ohne Einheit",
   },

@@ -71,7 +71,7 @@ export const text = {
     labelAt: (time, values) => `Strip chart, at ${time}: ${values}`,
     /** A channel as people read it, of its name in the recording: "temp °C", "gyro x". */
     channel: (name) => name.replace(/_c$/, " °C").replace(/_/g, " "),
-    stream: (name) => name,
+    stream: (name) => ({ chamber: "log of the chamber" }[name] ?? name),
     panels: { "°C": "Temperature", "°/s": "Rotation rate", "m/s²": "Specific force", V: "Voltage", A: "Current" },
     noUnit: "Without a unit",
   },

@@ -2,7 +2,7 @@
 // What the views of units say, in German. Warnings and sensors are said by their names in the interface; one that is not known here keeps its own.
 
 import { plural } from "./format.mjs";
-import { WARNINGS } from "./text_warnings_de.mjs";
+import { SENTENCES, WARNINGS } from "./text_warnings_de.mjs";
 
 const KINDS = { gyro: "Drehrate", accel: "Beschleunigung" };
 const CURVES = { poly3: "Polynom 3. Grades", poly5: "Polynom 5. Grades", spline: "Spline", constant: "Konstante" };
@@ -61,7 +61,7 @@ export const text = {
     notVerified: (version) => `Modell ${version} wurde hier noch nicht verifiziert.`,
     verifiedElsewhere: (version) => `Modell ${version} wurde verifiziert, aber nicht auf dieser Seite: Die Zahlen stehen in seinem Bericht.`,
     by: (version, campaign, user) => `Modell ${version} gegen Kampagne ${campaign}, durch ${user}`,
-    stale: (why, verdict, by) => ["Die letzte Verifizierung gilt nicht mehr: ", { english: why }, `. Ihr Urteil war ${verdict}: ${by}.`],
+    stale: (why, verdict, by) => ["Die letzte Verifizierung gilt nicht mehr: ", why, `. Ihr Urteil war ${verdict}: ${by}.`],
     noLimits: (by, type) => `${by}: Für den Typ ${type} sind keine Grenzwerte gesetzt, deshalb wurde nichts beurteilt.`,
     judged: {
       pass: "alle Sensoren liegen innerhalb ihrer Grenzwerte", fail: "jenseits der Grenzwerte", marginal: "zu nah an den Grenzwerten für ein Urteil", info: "nicht gemessen",
@@ -93,6 +93,7 @@ export const text = {
     notJudged: (type) => `Grenzwerte für den Typ ${type} angeben oder über den ganzen Bereich verifizieren: Er ist noch nicht beurteilt.`,
     grave: "Nicht ausliefern, bevor die erste Warnung unten geklärt ist.",
     release: "Freigeben.",
+    releaseAgain: "Erneut freigeben: Nach der Freigabe hat es eine Verifizierung nicht bestanden, und die letzte sagt BESTANDEN.",
     releaseGapOpen: "Freigeben. Was die Suche nach Lücken gefunden hat, ist nicht in seinem Modell: vorher unten bei Lücke nachsehen.",
     notReleased: "Er darf nicht freigegeben werden:",
     notGoodAnyMore: "Nicht ausliefern: Er ist freigegeben, erfüllt aber die Freigabebedingungen nicht mehr:",
@@ -111,6 +112,7 @@ export const text = {
     voided: (runs) => `Läufe, an die es angepasst wurde, sind seitdem ganz oder teilweise für ungültig erklärt: ${runs}: neu anpassen`,
     withdrawn: "Es ist zurückgezogen: neu anpassen",
     checkSimulated: (campaign) => `Es ist gemessen, und Läufe der Kampagne ${campaign} sind SIMULIERT: gegen gemessene Läufe verifizieren`,
+    releaseAgain: (day, verdict) => `eine Verifizierung am ${day}, nach der Freigabe, ergab ${verdict}: erneut freigeben`,
     kinds: {
       chamber_probe: "Lufttemperaturfühler der Kammer", fixture_squareness: "Rechtwinkligkeit der Vorrichtung", level: "Horizontierung der Grundfläche", gravity: "örtliche Fallbeschleunigung",
       supply: "Stromversorgung", rate: "Drehrate des Drehtischs",
@@ -123,11 +125,17 @@ export const text = {
     expired: (reference, day, remedy) => `${reference} wurde dafür benutzt, ist am ${day} abgelaufen und hat keinen neueren Kalibrierschein: ${remedy}`,
     remedies: { "fit again": "neu anpassen", "verify it against newer runs": "gegen neuere Läufe verifizieren" },
   },
+  stale: {
+    "the unit was fitted again since": "der Prüfling wurde seither neu angepasst", "the unit was repaired or changed since": "der Prüfling wurde seither repariert oder geändert",
+    "the model was withdrawn since": "das Modell wurde seither zurückgezogen", "data of its campaign were withdrawn since": "Daten der Kampagne wurden seither zurückgezogen",
+    "data were withdrawn since": "Daten wurden seither zurückgezogen", "runs were added since": "Läufe sind seither dazugekommen",
+  },
   judged: {
     title: "Größte Fehler und Grenzwerte, je Sensor",
     heads: ["Kurve", "Größter Fehler", "Unsicherheit U (95 %)", "Grenzwert", "Einheit", "Bei, °C", "Urteil"],
     about: "Bestanden hat, was mit U dazu innerhalb des Grenzwerts bleibt; nicht bestanden, was auch ohne U darüber liegt. Was seinem Grenzwert am nächsten ist, steht zuerst.",
     curve: (sensor, isScale) => (isScale ? `${sensor}, Skala` : sensor),
+    beyond: (curve, worst, guard, limit, unit, temp) => `Am weitesten über seinem Grenzwert: ${curve}, ${worst} ± ${guard} ${unit} bei ${temp} °C, Grenzwert ${limit} ${unit}.`,
     nearest: (curve, worst, guard, limit, unit, temp) => `Dem Grenzwert am nächsten: ${curve}, ${worst} ± ${guard} ${unit} bei ${temp} °C, Grenzwert ${limit} ${unit}.`,
   },
   repair: {
@@ -175,18 +183,26 @@ export const text = {
     whySkipped: ", ausgelassen: ",
     why: (version) => (version === null ? ": " : `, Modell ${version}: `),
   },
+  sure: { keep: "Abbrechen" },
   releaseAll: {
     button: "Freigeben, was freigegeben werden darf",
-    waiting: (count) => plural(count, { one: `${count} verifiziertes Modell darf freigegeben werden.`, other: `${count} verifizierte Modelle dürfen freigegeben werden.` }),
+    ask: {
+      title: (count) => plural(count, { one: "Dieses Modell freigeben?", other: `Diese ${count} Modelle freigeben?` }),
+      text: "Ab dann dürfen sie ausgeliefert werden, in Ihrem Namen. Eine Freigabe achtet nicht auf die Suche nach Lücken.",
+      unit: (serial, version, { again, searched }) => `${serial}, Modell ${version}${again ? ", erneut: nach der Freigabe hat es eine Verifizierung nicht bestanden" : ""}${searched ? "" : ". Niemand hat bei ihm nach Lücken gesucht."}`,
+      send: "Freigeben",
+    },
+    waiting: (count) => plural(count, { one: `${count} Modell darf freigegeben werden.`, other: `${count} Modelle dürfen freigegeben werden.` }),
     blocked: (count) => plural(count, { one: ` ${count} weiteres ist verifiziert, aber etwas steht im Weg: siehe seine Seite.`, other: ` ${count} weitere sind verifiziert, aber etwas steht im Weg: siehe ihre Seiten.` }),
     notSearched: (count) => plural(count, { one: ` Bei ${count} davon hat niemand nach Lücken gesucht: Eine Freigabe achtet nicht darauf.`, other: ` Bei ${count} davon hat niemand nach Lücken gesucht: Eine Freigabe achtet nicht darauf.` }),
-    done: (released, units) => `${released} von ${plural(units, { one: `${units} Prüfling`, other: `${units} Prüflingen` })} ${plural(released, { one: "hat", other: "haben" })} jetzt ein freigegebenes neuestes Modell.`,
+    done: (released, units) => `${released} von ${plural(units, { one: `${units} Prüfling`, other: `${units} Prüflingen` })} ${plural(released, { one: "hatte", other: "hatten" })} danach ein freigegebenes neuestes Modell.`,
     cutShort: (released, units) => `Bis dahin ${plural(released, { one: "hat", other: "haben" })} ${released} von ${plural(units, { one: `${units} Prüfling`, other: `${units} Prüflingen` })}, die an der Reihe waren, ein freigegebenes neuestes Modell.`,
     notReleased: (version) => `, Modell ${version}, darf nicht freigegeben werden: `,
     againstTheRule: (version) => `, Modell ${version}, ist freigegeben, darf aber nicht ausgeliefert werden: `,
   },
   jobs: {
     title: "Aufträge",
+    noRunsToFit: "Es gibt keinen Lauf des Prüflings, wie er jetzt ist, für eine Anpassung.",
     campaign: "Kampagne, die die Anpassung nicht gesehen hat",
     noCampaign: "Es gibt keine: Jeder Lauf steckt im Modell. Einen in einer eigenen Kampagne aufzeichnen.",
     beingChecked: (campaign) => `Noch keine: Kampagne ${campaign} zeichnet den ersten auf.`,
@@ -203,6 +219,20 @@ export const text = {
     keyUnknown: "Signieren: ",
     simulated: (version) => `Obwohl die Daten von Modell ${version} SIMULIERT sind`,
     tickSimulated: (version) => `Export: Modell ${version} stammt aus SIMULIERTEN Daten. Erst „Obwohl die Daten von Modell ${version} SIMULIERT sind“ ankreuzen, wenn das so gewollt ist.`,
+    askUnreleased: {
+      title: (version) => `Modell ${version} exportieren, obwohl es nicht freigegeben ist?`,
+      text: (file, isSigned) => `Niemand steht dafür ein. Die Datei ist als nicht freigegeben markiert, auch im Namen (${file}), und Geräte lehnen sie ab, solange man ihnen nichts anderes sagt.${isSigned ? " Signiert wird sie trotzdem: Die Signatur sagt, woher sie kommt, nicht dass sie verwendet werden darf." : ""}`,
+      send: "Markiert exportieren",
+    },
+    deviceIds: "Geräte-ID (CAL_ACC0_ID, Komma, CAL_GYRO0_ID, wenn es eine andere ist)",
+    deviceIdsHint: "1310988",
+    noDeviceIds: "Ohne sie bewirken die Parameter nichts, bis die ID in PX4 gesetzt ist.",
+    wrongDeviceIds: "Die Geräte-ID muss aus einer oder zwei ganzen Zahlen von 1 bis 2147483647 bestehen, mit einem Komma dazwischen.",
+    cubic: {
+      title: (share, sensor) => share === 0 ? "Das kubische Polynom bleibt überall im 95-%-Band der Kurve." : `Das kubische Polynom verlässt das 95-%-Band der Kurve in bis zu ${share} % des Bereichs (${sensor}).`,
+      heads: ["Sensor", "Einheit", "RMS", "Größte", "Bei °C", "95-%-Band dort", "Außerhalb des Bandes"],
+      label: "Verlust durch das kubische Polynom je Sensor",
+    },
     beforeRepair: (version, isExportOff) => `${isExportOff ? "„Verifizieren“, „Freigeben“ und „Exportieren“" : "„Verifizieren“ und „Freigeben“"} sind aus: Modell ${version} ist vom Prüfling vor der Reparatur oder Änderung. Neu aufzeichnen, dann anpassen.`,
     againstTheRule: (version) => `„Exportieren“ ist aus: Modell ${version} ist freigegeben, erfüllt aber die Freigabebedingungen nicht mehr: `,
     notReleased: "Freigabe noch nicht möglich: ",
@@ -252,6 +282,7 @@ export const text = {
     none: "Keine Warnung verlangt etwas.",
     more: (count) => `${count} weitere, bei denen nichts zu tun ist`,
     name: (code) => (Object.hasOwn(WARNINGS, code) ? WARNINGS[code][0] : ""),
+    text: (code, own) => (Object.hasOwn(SENTENCES, own) ? SENTENCES[own] : { english: own }),
     remedy: (code, own) => (Object.hasOwn(WARNINGS, code) ? WARNINGS[code][1] : { english: own }),
   },
   sensors: {
@@ -290,6 +321,10 @@ export const text = {
     noPoints: "Die Punkte der Läufe lassen sich nicht mehr zeigen: Die Läufe sind zurückgezogen oder fehlen.",
     failed: "Die Punkte der Läufe lassen sich nicht zeigen: ",
     olderMean: "dessen 95 %, mittlere Kurve",
+    difference: (difference, unit, temp, band) => `Größter Unterschied zwischen beiden: ${difference} ${unit} bei ${temp} °C, wo das breitere 95-%-Band ±${band} ${unit} ist.`,
+    differenceOf: { bias: "Nullpunktfehler: ", scale: "Skala: " },
+    same: "Die beiden Kurven sind gleich.",
+    notTogether: "Die beiden Kurven haben keine gemeinsame Temperatur.",
     curve: "Kurve",
     rules: (count) => `ANFIS, ${plural(count, { one: `${count} Regel`, other: `${count} Regeln` })}`,
     kind: (name) => (Object.hasOwn(CURVES, name) ? CURVES[name] : name),
@@ -334,7 +369,7 @@ export const text = {
     ofModel: (version) => `Modell ${version}:`,
     drives: ({ drives, outages, seconds, without, corrected, less, between }) =>
       `Mit einem Navigationsfilter, in ${outages} Ausfällen von ${seconds} s auf ${drives} simulierten Fahrten mit den Kurven dieses Prüflings: am Ende eines Ausfalls ${without} daneben ohne die Kalibrierung, ${corrected} mit ihr, `
-      + `ein Gewinn von ${less} %${between === null ? "" : ` (95 %: ${between.join(" bis ")} %)`}. Das Rauschen dieser Fahrten ist für alle Prüflinge das eines AHRS400CA.`,
+      + `ein Gewinn von ${less} %${between === null ? "" : ` (95 %: ${between.join(" bis ")} %)`}. Das Rauschen dieser Fahrten ist für alle Prüflinge das eines AHRS400CA, nicht das des eigenen Typs.`,
     noDrives: "Fahrten mit einem Navigationsfilter werden nicht simuliert, da die Kalibrierung ihre Unsicherheit nicht angibt.",
     drivesFailed: (message) => `Fahrten mit einem Navigationsfilter ließen sich nicht simulieren: ${message}.`,
     more: "Jeder Ausfall, und weitere Arten zu navigieren:",

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the views of units say, in English.
 
+import { FIGURE_WORDS } from "./figure_words.mjs";
 import { plural } from "./format.mjs";
 
 /** What the runs of a campaign are to a model, behind their number. */
@@ -63,7 +64,7 @@ export const text = {
     verifiedElsewhere: (version) => `Model ${version} was verified, but not from this page: its numbers are in its report.`,
     by: (version, campaign, user) => `Model ${version} against campaign ${campaign}, by ${user}`,
     /** @returns {import("./dom.mjs").Part[]} */
-    stale: (why, verdict, by) => ["The last verification does not hold any more: ", { english: why }, `. It was ${verdict}: ${by}.`],
+    stale: (why, verdict, by) => ["The last verification does not hold any more: ", why, `. It was ${verdict}: ${by}.`],
     noLimits: (by, type) => `${by}: no limits are set for the type ${type}, so nothing was judged.`,
     judged: { pass: "all sensors are within their limits", fail: "beyond the limits", marginal: "too near to the limits to tell", info: "not measured" },
   },
@@ -102,6 +103,7 @@ export const text = {
     notJudged: (type) => `State limits of the type ${type}, or verify it over the whole range: it is not judged yet.`,
     grave: "Do not hand it over before the first warning below is settled.",
     release: "Release it.",
+    releaseAgain: "Release it again: it failed a verification after its release, and the last one says PASS.",
     releaseGapOpen: "Release it. What the gap search found is not in its model: look at Gap below before.",
     /** In front of what the station says is in the way. */
     notReleased: "It may not be released:",
@@ -124,6 +126,7 @@ export const text = {
     voided: (runs) => `runs that it was fitted to were withdrawn since, whole or in part: ${runs}: fit again`,
     withdrawn: "it is withdrawn: fit again",
     checkSimulated: (campaign) => `it was measured, and runs of campaign ${campaign} are SIMULATED: verify it against measured runs`,
+    releaseAgain: (day, verdict) => `a verification on ${day}, after its release, said ${verdict}: release it again`,
     kinds: {
       chamber_probe: "probe of the chamber's air", fixture_squareness: "squareness of the fixture", level: "level of the base", gravity: "local gravity", supply: "power supply",
       rate: "rate of the table",
@@ -136,11 +139,18 @@ export const text = {
     expired: (reference, day, remedy) => `${reference} was used for it, expired on ${day} and has no newer certificate: ${remedy}`,
     remedies: { "fit again": "fit again", "verify it against newer runs": "verify it against newer runs" },
   },
+  /** Why what was found does not hold any more, by what the station says; other sentences are its own. @type {Record<string, string>} */
+  stale: {
+    "the unit was fitted again since": "the unit was fitted again since", "the unit was repaired or changed since": "the unit was repaired or changed since",
+    "the model was withdrawn since": "the model was withdrawn since", "data of its campaign were withdrawn since": "data of its campaign were withdrawn since",
+    "data were withdrawn since": "data were withdrawn since", "runs were added since": "runs were added since",
+  },
   judged: {
     title: "Worst errors and limits, by sensor",
     heads: ["Curve", "Worst error", "Uncertainty U (95 %)", "Limit", "Unit", "At, °C", "Verdict"],
     about: "Passed is what stays within its limit with U added, failed what is beyond it with U taken off. The nearest to its limit stands first.",
     curve: (sensor, isScale) => (isScale ? `${sensor}, scale` : sensor),
+    beyond: (curve, worst, guard, limit, unit, temp) => `Farthest beyond its limit: ${curve}, ${worst} ± ${guard} ${unit} at ${temp} °C, limit ${limit} ${unit}.`,
     nearest: (curve, worst, guard, limit, unit, temp) => `Nearest to its limit: ${curve}, ${worst} ± ${guard} ${unit} at ${temp} °C, limit ${limit} ${unit}.`,
   },
   repair: {
@@ -192,13 +202,20 @@ export const text = {
     whySkipped: ", left out: ",
     why: (version) => (version === null ? ": " : `, model ${version}: `),
   },
+  sure: { keep: "Cancel" },
   releaseAll: {
     button: "Release what may be released",
-    waiting: (count) => plural(count, { one: `${count} verified model may be released.`, other: `${count} verified models may be released.` }),
+    ask: {
+      title: (count) => plural(count, { one: "Release this model?", other: `Release these ${count} models?` }),
+      text: "From then on they may be handed over, in your name. A release does not look at the gap search.",
+      unit: (serial, version, { again, searched }) => `${serial}, model ${version}${again ? ", again: it failed a verification after its release" : ""}${searched ? "" : ". Nobody has searched its gap."}`,
+      send: "Release",
+    },
+    waiting: (count) => plural(count, { one: `${count} model may be released.`, other: `${count} models may be released.` }),
     blocked: (count) => plural(count, { one: ` ${count} more is verified, but something is in the way: see its page.`, other: ` ${count} more are verified, but something is in the way: see their pages.` }),
     /** Of those that may be released. */
     notSearched: (count) => plural(count, { one: ` Nobody has searched the gap of ${count} of them: a release does not look at it.`, other: ` Nobody has searched the gap of ${count} of them: a release does not look at it.` }),
-    done: (released, units) => `${released} of ${plural(units, { one: `${units} newest model is`, other: `${units} newest models are` })} released now.`,
+    done: (released, units) => `${released} of ${plural(units, { one: `${units} newest model`, other: `${units} newest models` })} ${plural(released, { one: "was", other: "were" })} released when it had ended.`,
     /** @type {(released: number, units: number) => string} of one that did not come to its end */
     cutShort: (released, units) => `Up to there ${released} of the ${plural(units, { one: `${units} model that it came to is`, other: `${units} models that it came to are` })} released.`,
     notReleased: (version) => `, model ${version}, may not be released: `,
@@ -206,6 +223,7 @@ export const text = {
   },
   jobs: {
     title: "Jobs",
+    noRunsToFit: "No run of it as it is now is there for a fit.",
     campaign: "Campaign that the fit has not seen",
     noCampaign: "There is none: every run is in the model. Record one in a campaign of its own.",
     /** Instead of that, while a campaign records its first check run. */
@@ -226,6 +244,22 @@ export const text = {
     keyUnknown: "Sign it: ",
     simulated: (version) => `Although model ${version} is of SIMULATED data`,
     tickSimulated: (version) => `Export: model ${version} is of SIMULATED data. Tick “Although model ${version} is of SIMULATED data” first, if that is what you want.`,
+    /** Before a file leaves that nobody vouches for. */
+    askUnreleased: {
+      title: (version) => `Export model ${version}, which is not released?`,
+      text: (file, isSigned) => `Nobody vouches for it. The file is marked as not released, its name too (${file}), and devices refuse it unless they are told to take it.${isSigned ? " It is signed all the same: the signature says where it comes from, not that it may be used." : ""}`,
+      send: "Export it, marked",
+    },
+    deviceIds: "Device id (CAL_ACC0_ID, comma, CAL_GYRO0_ID if another)",
+    deviceIdsHint: "1310988",
+    noDeviceIds: "Without it the parameters do nothing until the id is set in PX4.",
+    wrongDeviceIds: "The device id must be one or two whole numbers from 1 to 2147483647, with a comma between them.",
+    /** What a cubic over temperature loses: in the range, over all sensors. */
+    cubic: {
+      title: (share, sensor) => share === 0 ? "The cubic stays inside the 95 % band of the curve everywhere." : `The cubic leaves the 95 % band of the curve in up to ${share} % of the range (${sensor}).`,
+      heads: ["Sensor", "Unit", "RMS", "Worst", "At, °C", "95 % band there", "Outside the band"],
+      label: "Loss of the cubic by sensor",
+    },
     /** Why Verify and Release are off, and Export, too, where `isExportOff`. */
     beforeRepair: (version, isExportOff) => `${isExportOff ? "Verify, Release and Export" : "Verify and Release"} are off: model ${version} is of the unit before it was repaired or changed. Record it again, then fit it.`,
     /** In front of which conditions. */
@@ -284,6 +318,8 @@ export const text = {
     more: (count) => `${count} more with nothing to do`,
     /** What a warning is called by its code; "" where the station's own words are enough. */
     name: (code) => "",
+    /** @type {(code: string, own: string) => import("./dom.mjs").Part} what is wrong; `own`: in the station's words */
+    text: (code, own) => ({ english: own }),
     /** @type {(code: string, own: string) => import("./dom.mjs").Part} what to do; `own`: in the station's words */
     remedy: (code, own) => (Object.hasOwn(CLICKS, code) ? CLICKS[code] : own),
   },
@@ -294,25 +330,7 @@ export const text = {
     noOlder: "none",
     version: (version) => `model ${version}`,
     bias: (sensor) => `Bias of ${sensor}`,
-    figures: {
-      temperature: "temperature of the unit, °C",
-      bias: (unit) => `bias, ${unit}`,
-      scale: "scale error, ppm",
-      deployed: "deployed curve",
-      mean: "95 %, mean curve",
-      fresh: "95 %, one fresh power-on",
-      moreRuns: (count) => `and ${count} more runs`,
-      sweeps: "▲ heating ▼ cooling",
-      drawn: (drawn, total) => `${drawn} of ${total} points drawn`,
-      residual: (unit) => `point − curve, ${unit}`,
-      shape: (unit) => `the same, each run’s own offset removed, ${unit}`,
-      freshRun: "fresh run, in no fit",
-      limit: "limit",
-      limitBeyond: (limit) => `limit ±${limit}: beyond the drawing`,
-      tau: "averaging time τ, s",
-      deviation: (unit) => `Allan deviation, ${unit}`,
-      interval: "shaded: 95 %",
-    },
+    figures: FIGURE_WORDS,
     residuals: (sensor) => `Residuals of ${sensor}: points minus curve`,
     scale: (sensor) => `Scale error of ${sensor}`,
     noScale: {
@@ -324,6 +342,12 @@ export const text = {
     /** In front of what the station says. */
     failed: "The points of the runs cannot be shown: ",
     olderMean: "its 95 %, mean curve",
+    /** @type {(difference: string, unit: string, temp: string, band: string) => string} `band`: the wider 95 % band there */
+    difference: (difference, unit, temp, band) => `Largest difference between the two: ${difference} ${unit} at ${temp} °C, where the wider 95 % band is ±${band} ${unit}.`,
+    /** What stands in front of it. */
+    differenceOf: { bias: "Bias: ", scale: "Scale: " },
+    same: "The two curves are the same.",
+    notTogether: "The two curves have no temperature in common.",
     curve: "Curve",
     rules: (count) => `ANFIS, ${plural(count, { one: `${count} rule`, other: `${count} rules` })}`,
     /** A curve other than ANFIS, by its name in the interface. */
@@ -369,7 +393,7 @@ export const text = {
     ofModel: (version) => `Model ${version}:`,
     drives: ({ drives, outages, seconds, without, corrected, less, between }) =>
       `With a navigation filter, in ${outages} outages of ${seconds} s on ${drives} simulated drives with this unit's curves: ${without} off at the end of an outage without the calibration, ${corrected} with it, `
-      + `a gain of ${less} %${between === null ? "" : ` (95 %: ${between.join(" to ")} %)`}. Noise in these drives is that of one sensor for all units, an AHRS400CA.`,
+      + `a gain of ${less} %${between === null ? "" : ` (95 %: ${between.join(" to ")} %)`}. Noise in these drives is that of an AHRS400CA for every unit, not that of this unit’s type.`,
     noDrives: "Drives with a navigation filter are not simulated, as the calibration does not state its uncertainty.",
     drivesFailed: (message) => `Drives with a navigation filter could not be simulated: ${message}.`,
     more: "Each outage, and more ways to navigate:",

@@ -70,3 +70,8 @@ export const WARNINGS = {
   older_model: ["älteres Modell", "Den Bericht vom neuesten Modell erstellen, wenn nicht gerade dieses gewünscht ist."],
   verification_failed: ["Verifizierung nicht möglich", "Verifizierungsläufe aufzeichnen oder importieren, die die Temperaturen des Modells abdecken."],
 };
+
+/** Sentences of warnings that say the same of every unit, by what the station says. @type {Record<string, string>} */
+export const SENTENCES = {
+  "the model comes from SIMULATED data: it is not of a real unit": "Das Modell stammt aus SIMULIERTEN Daten: Es ist nicht von einem echten Prüfling",
+};

@@ -2,9 +2,10 @@
 // The card of a sensor: its curves with the points of the runs, what is left of these, in the drawings of the report.
 
 import { element } from "./dom.mjs";
+import { differenceText, sensorFacts } from "./curve_words.mjs";
 import { badge } from "./runs_view.mjs";
 import { BIAS, drawCurve, drawResiduals, runLegend, SCALE } from "./sensor_figures.mjs";
-import { sensorFacts, sensorText, U, unitText, verdictOf } from "./unit_words.mjs";
+import { sensorText, U, unitText, verdictOf } from "./unit_words.mjs";
 
 const WORDS = U.sensors.figures;
 
@@ -41,6 +42,16 @@ function figureOf(shows, title, sensor) {
 
 /** What the legend says of an older model that lies behind the curve. */
 const olderLegend = (version) => [["line older", U.sensors.version(version)], ["band older", U.sensors.olderMean]];
+
+/** How far the two models are apart, in numbers. */
+function differencePart(sensor, older) {
+  const part = Object.assign(element("p", ""), { className: "difference" });
+  const { bias, scale } = U.sensors.differenceOf;
+  const of = (name, text) => (text === "" ? [] : [element("span", `${name}${text}`)]);
+  part.append(...of(bias, differenceText(sensor.curve, older.curve, ["bias", "ci95"], unitText(sensor))),
+    ...of(scale, differenceText(sensor.curve, older.curve, ["scale_ppm", "scale_ci95_ppm"], "ppm")));
+  return part;
+}
 
 /** Title and verdict. */
 function headOf(title, judged) {
@@ -84,6 +95,7 @@ export function sensorCard(name, sensor, judged, older, rows) {
   const bias = figureOf("bias", U.sensors.bias(sensorText(name)), sensor);
   drawCurve(bias, own, rows?.rows ?? null, BIAS, WORDS.bias(unitText(sensor)), runLegend(rows?.rows ?? null, WORDS), WORDS, before);
   card.append(headOf(title, judged), bias);
+  if (older) card.append(differencePart(sensor, older.sensor));
   if (rows?.rows || rows?.fresh) {
     const residuals = figureOf("residuals", U.sensors.residuals(sensorText(name)), sensor);
     drawResiduals(residuals, own, unitText(sensor), WORDS);

@@ -4,16 +4,17 @@
 import { element, show } from "./dom.mjs";
 import { number, significant, UNKNOWN } from "./format.mjs";
 import { badge } from "./runs_view.mjs";
-import { judgedCurves, sensorText, U, verdictNow, verdictOf } from "./unit_words.mjs";
+import { errorTexts, judgedCurves, sensorText, U, verdictNow, verdictOf } from "./unit_words.mjs";
 
 /** A row; the first cell names it. */
 function rowOf(curve) {
   const { name, isScale, worst, guard, limit, unit, temp_c, verdict } = curve;
   const line = element("tr", "");
+  const [error, uncertainty] = errorTexts(worst, guard);
   const judged = element("td", "");
   judged.append(badge({ text: verdictOf(verdict).title, state: verdictOf(verdict).state }));
   line.append(Object.assign(element("th", U.judged.curve(sensorText(name), isScale)), { scope: "row" }),
-    ...[significant(worst, 2), typeof guard === "number" ? `±${significant(guard, 2)}` : UNKNOWN, significant(limit, 2), unit, number(temp_c, 0)].map((text) => element("td", text)), judged);
+    ...[error, typeof guard === "number" ? `±${uncertainty}` : UNKNOWN, significant(limit, 2), unit, number(temp_c, 0)].map((text) => element("td", text)), judged);
   return line;
 }
 

@@ -298,9 +298,10 @@ function warningLine({ code, text, remedy, sensors, urgency }) {
   const line = element("li", "");
   line.dataset.urgency = urgency;
   const name = U.warnings.name(code);
-  const said = name === "" && sensors.length === 1 && text.startsWith(sensors[0]);
-  const who = sensors.length > 0 && !said ? `${sensors.map(sensorText).join(", ")}: ` : "";
-  line.append(`${who}${name}${name && ": "}`, english(withSensors(text)), ...(text.endsWith(".") ? [] : ["."]));
+  const isNamed = name === "" && sensors.length === 1 && text.startsWith(sensors[0]);
+  const who = sensors.length > 0 && !isNamed ? `${sensors.map(sensorText).join(", ")}: ` : "";
+  const said = U.warnings.text(code, withSensors(text));
+  line.append(`${who}${name}${name && ": "}`, typeof said === "string" ? said : english(said.english), ...(text.endsWith(".") ? [] : ["."]));
   const toDo = Object.assign(element("span", ""), { className: "why" });
   tell(toDo, [" ", U.warnings.remedy(code, remedy)]);
   if (remedy) line.append(toDo);

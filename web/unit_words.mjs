@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the documents of units mean in words that a technician acts on. Nothing here touches the page.
 
-import { clock, number, significant, UNKNOWN } from "./format.mjs";
+import { clock, number, significant } from "./format.mjs";
 import { textsOf } from "./text.mjs";
 
 /** @type {typeof import("./text_units_en.mjs").text} */
@@ -42,13 +42,28 @@ export function judgedCurves({ sensors }, model) {
   ]).filter(({ limit, worst }) => typeof limit === "number" && typeof worst === "number").sort((a, b) => (b.worst + (b.guard ?? 0)) / b.limit - (a.worst + (a.guard ?? 0)) / a.limit);
 }
 
+/** @returns {[string, string]} an error and its U to the same decimal: that of the second digit of U (JCGM 100:2008, 7.2.6); without a U two digits */
+export function errorTexts(worst, guard) {
+  if (typeof guard !== "number" || !(guard > 0)) return [significant(worst, 2), significant(guard, 2)];
+  const decimals = Math.max(0, 1 - Math.floor(Math.log10(guard)));
+  return [number(worst, decimals), number(guard, decimals)];
+}
+
 /** " Nearest to its limit: accel y, 0.021 ± 0.009 of 0.03 m/s² at 26 °C."; "" where no limit is set. */
 function nearestText(result, model) {
   const [nearest] = judgedCurves(result, model);
   if (nearest === undefined) return "";
   const { name, isScale, worst, guard, limit, temp_c, unit } = nearest;
-  return ` ${U.judged.nearest(U.judged.curve(sensorText(name), isScale), significant(worst, 2), significant(guard, 2), significant(limit, 2), unit, number(temp_c, 0))}`;
+  const told = worst > limit ? U.judged.beyond : U.judged.nearest;
+  return ` ${told(U.judged.curve(sensorText(name), isScale), ...errorTexts(worst, guard), significant(limit, 2), unit, number(temp_c, 0))}`;
 }
+
+/**
+ * Why what was found does not hold any more, in the words of the page where it has any.
+ * @param {string} why
+ * @returns {import("./dom.mjs").Part}
+ */
+export const stalePart = (why) => (Object.hasOwn(U.stale, why) ? U.stale[why] : { english: why });
 
 const curvesWith = (sensors, verdict) =>
   Object.entries(sensors).filter(([, sensor]) => sensor.verdict === verdict).map(([name]) => sensorText(name)).join(", ");
@@ -69,12 +84,18 @@ export function verdictText(unit) {
   if (verification === null) return [wasVerified(unit) ? U.why.verifiedElsewhere(model.version) : U.why.notVerified(model.version)];
   const { job, stale } = verification;
   const by = U.why.by(job.result.model, job.campaign, job.user);
-  if (stale !== null) return U.why.stale(stale, verdictOf(job.result.verdict).title, by);
+  if (stale !== null) return U.why.stale(stalePart(stale), verdictOf(job.result.verdict).title, by);
   const { verdict, sensors, limits } = job.result;
   if (verdict === "info" && limits === null) return [U.why.noLimits(by, unit.type)];
   const which = verdict === "pass" ? "" : curvesWith(sensors, verdict === "info" ? "not_measured" : verdict);
   return [`${by}: ${[U.why.judged[verdict], which].filter(Boolean).join(": ")}.${nearestText(job.result, model)}`];
 }
+
+/**
+ * Whether a released model failed a verification since, has passed the last one, and only has to be released again.
+ * @param {{obstacles: string[]} | null} release
+ */
+export const isToReleaseAgain = (release) => release?.obstacles.length === 1 && /^a verification on .* after its release, said \w+: release it again /.test(release.obstacles[0]);
 
 /**
  * What became of a model, as a badge: one that breaks the rule of release by now does not look as if it might be handed over.
@@ -119,6 +140,7 @@ function nextOfPassed(unit) {
     if (obstacles.length > 0) return { kind: null, text: U.next.notReleased, why: obstacles };
     return { kind: "release", text: isGapOpen(unit) ? U.next.releaseGapOpen : U.next.release };
   }
+  if (isToReleaseAgain(unit.release)) return { kind: "release", text: U.next.releaseAgain };
   if (obstacles.length > 0) return { kind: null, text: U.next.notGoodAnyMore, why: obstacles };
   if (exported === null || exported.result.unreleased) return { kind: "export", text: U.next.export };
   return { kind: null, text: isGapOpen(unit) ? U.next.gapOpen : U.next.nothing };
@@ -276,24 +298,3 @@ export function sortedWarnings(unit) {
 
 export const sensorText = (name) => U.sensors.name(name);
 export const unitText = ({ unit }) => ({ deg: "°", "deg/s": "°/s", "m/s2": "m/s²" })[unit] ?? unit;
-
-/** An error as people read it; small ones with the digits that they have. */
-const size = (value) => (value === null ? UNKNOWN : significant(value, 2));
-
-/**
- * [name, value] of what is stated of a sensor's curve.
- * @param {import("./documents.mjs").Sensor} sensor
- */
-export function sensorFacts(sensor) {
-  const unit = unitText(sensor);
-  const residual = sensor.check_rmse_shape === null ? [U.sensors.residualFit, `${size(sensor.train_rmse)} ${unit}`]
-    : [U.sensors.residualHeldOut, `${size(sensor.check_rmse_shape)} ${unit}`];
-  const widest = Math.max(...sensor.curve.map(({ ci95 }) => ci95));
-  return [
-    [U.sensors.curve, sensor.deployed === "anfis" ? U.sensors.rules(sensor.rules) : U.sensors.kind(sensor.deployed)],
-    residual,
-    [U.sensors.runToRun, sensor.run_to_run_sigma === null ? U.sensors.notKnown : `${size(sensor.run_to_run_sigma)} ${unit}`],
-    [U.sensors.span, U.sensors.range(number(sensor.temp_min_c, 0), number(sensor.temp_max_c, 0))],
-    [U.sensors.widest, `±${size(widest)} ${unit}`],
-  ];
-}

@@ -3,18 +3,21 @@
 
 import { post } from "./api.mjs";
 import { $, element, say, show } from "./dom.mjs";
+import { RecordDialog } from "./record_dialog.mjs";
 import { lossText, R, scopesOf } from "./run_words.mjs";
 
 export class VoidDialog {
   #document = null;
   #scopes = [];
-  #done;
+  #dialog;
 
   /** `done()`: after something has become void. */
   constructor(done) {
-    this.#done = done;
-    $("void-cancel").addEventListener("click", () => $("void-dialog").close());
-    $("void-form").addEventListener("submit", (event) => this.#send(event));
+    this.#dialog = new RecordDialog("void", async (record) => {
+      const { run_id, unit } = this.#document.run;
+      await post("run/void", { run: run_id, unit, ...this.#scope.record, ...record });
+      done();
+    });
     $("void-scope").addEventListener("change", () => this.#sayLoss());
   }
 
@@ -25,12 +28,8 @@ export class VoidDialog {
     say($("void-title"), segment ? R.void.titleSegment : R.void.titleRun);
     $("void-scope").replaceChildren($("void-scope").querySelector("legend"), ...this.#scopes.map((scope, i) => this.#choice(scope, i)));
     show($("void-scope"), this.#scopes.length > 1);
-    $("void-reason").value = "";
-    $("void-user").value = user;
-    show($("void-failure"), false);
     this.#sayLoss();
-    $("void-dialog").showModal();
-    $("void-reason").focus();
+    this.#dialog.open(user);
   }
 
   #choice(scope, index) {
@@ -46,21 +45,5 @@ export class VoidDialog {
 
   #sayLoss() {
     say($("void-text"), lossText(this.#document, this.#scope));
-  }
-
-  async #send(event) {
-    event.preventDefault(); // it stays open until the station has said yes
-    const { run_id, unit } = this.#document.run;
-    const record = { run: run_id, unit, ...this.#scope.record, reason: $("void-reason").value.trim(), user: $("void-user").value.trim() };
-    $("void-send").disabled = true;
-    try {
-      await post("run/void", record);
-      $("void-dialog").close();
-      this.#done();
-    } catch (error) {
-      say($("void-failure"), error.where ? `${error.where}: ${error.message}` : error.message);
-      show($("void-failure"), true);
-    }
-    $("void-send").disabled = false;
   }
 }

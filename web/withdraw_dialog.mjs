@@ -2,11 +2,9 @@
 // A model is withdrawn: which version, why and by whom, and what that means.
 
 import { post } from "./api.mjs";
-import { $, say, show } from "./dom.mjs";
+import { $, say } from "./dom.mjs";
+import { RecordDialog } from "./record_dialog.mjs";
 import { U } from "./unit_words.mjs";
-
-/** Whoever has not given their name at the page is asked for it here. */
-const NOBODY = "web page";
 
 /**
  * The versions that can be withdrawn here, the newest first: the newest model and those before it that are released.
@@ -17,13 +15,14 @@ export const versionsToWithdraw = ({ model, released_before: released }) =>
 
 export class WithdrawDialog {
   #serial = "";
-  #done;
+  #dialog;
 
   /** `done()`: after a model has been withdrawn. */
   constructor(done) {
-    this.#done = done;
-    $("withdraw-cancel").addEventListener("click", () => $("withdraw-dialog").close());
-    $("withdraw-form").addEventListener("submit", (event) => this.#send(event));
+    this.#dialog = new RecordDialog("withdraw", async (record) => {
+      await post("model/withdraw", { unit: this.#serial, model: Number($("withdraw-version").value), ...record });
+      done();
+    });
   }
 
   /**
@@ -35,25 +34,6 @@ export class WithdrawDialog {
     say($("withdraw-title"), U.withdraw.title(unit.unit));
     $("withdraw-version").replaceChildren(...versionsToWithdraw(unit).map((version) =>
       new Option(version === unit.model?.version ? U.jobs.newestVersion(version) : U.jobs.releasedVersion(version), String(version))));
-    $("withdraw-reason").value = "";
-    $("withdraw-user").value = user === NOBODY ? "" : user;
-    show($("withdraw-failure"), false);
-    $("withdraw-dialog").showModal();
-    $("withdraw-reason").focus();
-  }
-
-  async #send(event) {
-    event.preventDefault(); // it stays open until the station has said yes
-    const [reason, user] = ["reason", "user"].map((name) => $(`withdraw-${name}`).value.trim());
-    $("withdraw-send").disabled = true;
-    try {
-      await post("model/withdraw", { unit: this.#serial, model: Number($("withdraw-version").value), reason, user });
-      $("withdraw-dialog").close();
-      this.#done();
-    } catch (error) {
-      say($("withdraw-failure"), error.where ? `${error.where}: ${error.message}` : error.message);
-      show($("withdraw-failure"), true);
-    }
-    $("withdraw-send").disabled = false;
+    this.#dialog.open(user);
   }
 }

@@ -178,6 +178,7 @@ struct CalibrationRow {
   std::string format;
   std::string sha256;
   std::string path;
+  std::string user = {};  ///< who has it; empty: whom act_as() named
 };
 
 /// The journal of a campaign that this station carries out: what was planned and how far it came.
@@ -222,9 +223,11 @@ struct EventFilter {
   std::optional<std::string> subject;
   std::optional<std::string> user;
   std::optional<double> from_utc_s;
-  std::optional<double> to_utc_s;      ///< that moment itself not
-  std::optional<std::int64_t> before;  ///< only smaller numbers
-  std::size_t most = 0;                ///< the newest so many
+  std::optional<double> to_utc_s;               ///< that moment itself not
+  std::optional<std::int64_t> before;           ///< only smaller numbers
+  std::size_t most = 0;                         ///< the newest so many
+  std::vector<std::string> subjects = {};       ///< about any of these; none: whatever they are about
+  std::vector<std::string> without_kinds = {};  ///< not of these kinds
 };
 
 /// The event log as a chain (docs/file-formats.md).

@@ -141,15 +141,30 @@ base::Result<std::vector<EventRow>> Catalog::events() const {
                      [](sqlite::Fields& fields) { return chained_from(fields).row; });
 }
 
+namespace {
+
+/// A list in one text, each value between two unit separators, which no kind and no name has; nothing where it is
+/// empty.
+std::optional<std::string> fenced(const std::vector<std::string>& values) {
+  if (values.empty()) return std::nullopt;
+  std::string text = "\x1f";
+  for (const std::string& value : values) text += value + '\x1f';
+  return text;
+}
+
+}  // namespace
+
 base::Result<std::vector<EventRow>> Catalog::find_events(const EventFilter& filter) const {
   const std::string sql = fmt::format(
       "SELECT {} FROM event WHERE (?1 IS NULL OR kind = ?1) AND (?2 IS NULL OR subject = ?2) AND (?3 IS NULL OR user = "
-      "?3) AND (?4 IS NULL OR utc_s >= ?4) AND (?5 IS NULL OR utc_s < ?5) AND (?6 IS NULL OR ordinal < ?6) ORDER BY "
-      "ordinal DESC LIMIT ?7",
+      "?3) AND (?4 IS NULL OR utc_s >= ?4) AND (?5 IS NULL OR utc_s < ?5) AND (?6 IS NULL OR ordinal < ?6) AND "
+      "(?8 IS NULL OR instr(?8, char(31) || subject || char(31)) > 0) AND (?9 IS NULL OR instr(?9, char(31) || kind || "
+      "char(31)) = 0) ORDER BY ordinal DESC LIMIT ?7",
       kEventColumns);
   return impl_->rows(
       "read the event log", sql, [](sqlite::Fields& fields) { return chained_from(fields).row; }, filter.kind,
-      filter.subject, filter.user, filter.from_utc_s, filter.to_utc_s, filter.before, filter.most);
+      filter.subject, filter.user, filter.from_utc_s, filter.to_utc_s, filter.before, filter.most,
+      fenced(filter.subjects), fenced(filter.without_kinds));
 }
 
 base::Result<std::vector<std::string>> Catalog::event_kinds() const {

@@ -11,9 +11,11 @@
 namespace soak::db {
 namespace {
 
-/// What a model may become of what it is.
-constexpr std::array<std::pair<std::string_view, std::string_view>, 6> kSteps = {{{"fitted", "verified"},
+/// What a model may become of what it is. One that is released can be released anew: after a failed verification it
+/// takes somebody's name again.
+constexpr std::array<std::pair<std::string_view, std::string_view>, 7> kSteps = {{{"fitted", "verified"},
                                                                                   {"verified", "released"},
+                                                                                  {"released", "released"},
                                                                                   {"verified", "fitted"},
                                                                                   {"fitted", "withdrawn"},
                                                                                   {"verified", "withdrawn"},

@@ -172,7 +172,8 @@ base::Status Catalog::add_calibration(const CalibrationRow& calibration) {
                     calibration.created_utc_s, calibration.format, calibration.sha256, calibration.path);
     impl_->log(
         {calibration.created_utc_s, "calibration_exported", calibration.unit,
-         calibration.format + " of model " + std::to_string(calibration.model_version) + " to " + calibration.path});
+         calibration.format + " of model " + std::to_string(calibration.model_version) + " to " + calibration.path,
+         calibration.user});
     return {};
   });
 }

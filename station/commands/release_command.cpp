@@ -61,7 +61,8 @@ base::Result<std::vector<db::ModelHead>> newest_models(const db::Catalog& catalo
   return newest;
 }
 
-/// Judges a model and releases it where it keeps the rule; one that is released stays as it is.
+/// Judges a model and releases it where it keeps the rule; one that is released stays as it is, unless nothing is in
+/// its way but that it has to be released again.
 base::Result<ReleaseCase> release_one(db::Catalog& catalog, const db::ModelHead& head, const std::string& user) {
   const double now = now_utc_s();
   base::Result<ReleaseCase> release;
@@ -71,12 +72,14 @@ base::Result<ReleaseCase> release_one(db::Catalog& catalog, const db::ModelHead&
     if (!now_head) return base::forward_error(now_head);
     release = judge_release(catalog, *now_head, now);
     if (!release) return base::forward_error(release);
-    if (!release->obstacles.empty() || now_head->state == "released") return {};
+    const bool is_again = release->is_to_be_released_again && release->obstacles.size() == 1;
+    if (!is_again && (!release->obstacles.empty() || now_head->state == "released")) return {};
     if (interrupted()) {
       return base::fail(base::ErrorKind::internal, "interrupted: not released; what was released before it stays so",
                         head.unit);
     }
     release->head.state = "released";
+    release->obstacles.clear();
     return catalog.set_model_state({head.unit, head.version, "released", release_reason(*release), user, now});
   });
   if (!done) return base::forward_error(done);

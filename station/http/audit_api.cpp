@@ -3,12 +3,15 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <cstdint>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
+#include <vector>
 
 #include "base/text.h"
 #include "station/records/event_json.h"
@@ -21,6 +24,8 @@ using nlohmann::json;
 
 constexpr std::int64_t kMostEvents = 500;
 constexpr std::int64_t kEventsOfAPage = 100;
+/// What a campaign enters by the hundred while all is well.
+constexpr std::array<std::string_view, 4> kRoutine = {"position", "power", "segment", "step"};
 
 Result<std::optional<double>> moment(const Parameters& parameters, const std::string& name) {
   const auto text = single(parameters, name);
@@ -64,13 +69,51 @@ Result<db::EventFilter> filter_of(const Parameters& parameters) {
   return filter;
 }
 
+/// What people call the things that events are about: a run by its label alone or with its campaign ("R06 of nov-cal"),
+/// a certificate by its number or the name of its reference; anything else by itself.
+Result<std::vector<std::string>> subjects_called(const db::Catalog& catalog, const std::string& about) {
+  std::vector<std::string> subjects = {about};
+  const auto runs = catalog.runs({.unit = {}, .campaign = {}, .run = {}});
+  if (!runs) return base::forward_error(runs);
+  for (const db::RunRow& run : *runs) {
+    const bool is_meant = run.label == about || run.label + " of " + run.campaign == about;
+    if (is_meant && subjects.back() != run.run_id) subjects.push_back(run.run_id);
+  }
+  const auto references = catalog.references();
+  if (!references) return base::forward_error(references);
+  for (const db::ReferenceRow& row : *references) {
+    const bool is_meant = row.reference.name == about || row.reference.certificate == about;
+    if (is_meant) subjects.push_back(row.reference.record_id);
+  }
+  return subjects;
+}
+
+/// "true" or "false"; `otherwise` where it is absent.
+Result<bool> flag(const Parameters& parameters, const std::string& name, bool otherwise) {
+  const auto text = single(parameters, name);
+  if (!text) return base::forward_error(text);
+  if (!*text) return otherwise;
+  if (**text == "true" || **text == "false") return **text == "true";
+  return base::bad_input("neither true nor false", name);
+}
+
 Result<json> answer_audit(RunArchive& runs, const Parameters& parameters) {
-  const auto known =
-      only_parameters(parameters, {"kind", "subject", "user", "from_utc_s", "to_utc_s", "before", "most"});
+  const auto known = only_parameters(
+      parameters, {"kind", "subject", "about", "user", "from_utc_s", "to_utc_s", "before", "most", "routine"});
   if (!known) return base::forward_error(known);
   auto filter = filter_of(parameters);
   if (!filter) return base::forward_error(filter);
+  const auto about = single(parameters, "about");
+  if (!about) return base::forward_error(about);
+  const auto with_routine = flag(parameters, "routine", true);
+  if (!with_routine) return base::forward_error(with_routine);
+  if (!*with_routine) filter->without_kinds.assign(kRoutine.begin(), kRoutine.end());
   return runs.in_turn([&](const db::Catalog& catalog) -> Result<json> {
+    if (*about) {
+      auto subjects = subjects_called(catalog, **about);
+      if (!subjects) return base::forward_error(subjects);
+      filter->subjects = *std::move(subjects);
+    }
     const std::size_t shown = filter->most++;  // one more tells whether there are older ones
     auto events = catalog.find_events(*filter);
     if (!events) return base::forward_error(events);

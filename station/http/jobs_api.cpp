@@ -250,18 +250,18 @@ Result<std::vector<std::string>> effects_member(const json& body) {
   return effects;
 }
 
-/// A version of a model; none where the member is absent.
-Result<std::optional<std::int32_t>> version_member(const json& body) {
-  const auto found = body.find("model");
+/// A whole number from 1 on; none where the member is absent.
+Result<std::optional<std::int32_t>> counted_member(const json& body, const std::string& name) {
+  const auto found = body.find(name);
   if (found == body.end()) return std::nullopt;
   const bool is_one = found->is_number_integer() && *found >= 1 && *found <= std::numeric_limits<std::int32_t>::max();
-  if (!is_one) return base::bad_input("the member is no version of a model: they count from 1", "model");
+  if (!is_one) return base::bad_input("the member is no whole number from 1 to 2147483647", name);
   return found->get<std::int32_t>();
 }
 
 Result<json> do_start(JobRunner& jobs, const json& body) {
-  const auto known =
-      only_members(body, {"kind", "unit", "campaign", "format", "model", "simulated", "sign", "effects", "user"});
+  const auto known = only_members(body, {"kind", "unit", "campaign", "format", "model", "simulated", "sign", "effects",
+                                         "accel_id", "gyro_id", "user"});
   if (!known) return base::forward_error(known);
   const auto user = line_member(body, "user", "unknown");
   if (!user) return base::forward_error(user);
@@ -279,9 +279,13 @@ Result<json> do_start(JobRunner& jobs, const json& body) {
   if (!sign.is_boolean()) return base::bad_input("the member is neither true nor false", "sign");
   const auto effects = effects_member(body);
   if (!effects) return base::forward_error(effects);
-  const auto model = version_member(body);
+  const auto model = counted_member(body, "model");
   if (!model) return base::forward_error(model);
-  return jobs.start({*kind, *unit, *campaign, *format, simulated, *user, *effects, sign, *model});
+  const auto accel_id = counted_member(body, "accel_id");
+  if (!accel_id) return base::forward_error(accel_id);
+  const auto gyro_id = counted_member(body, "gyro_id");
+  if (!gyro_id) return base::forward_error(gyro_id);
+  return jobs.start({*kind, *unit, *campaign, *format, simulated, *user, *effects, sign, *model, *accel_id, *gyro_id});
 }
 
 Result<json> do_cancel(JobRunner& jobs, const json& body) {

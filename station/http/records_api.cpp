@@ -15,6 +15,7 @@
 #include "station/records/reference_entry.h"
 #include "station/records/reference_register.h"
 #include "station/records/station_key.h"
+#include "station/release/release_rule.h"
 
 namespace soak::station {
 namespace {
@@ -186,6 +187,23 @@ Result<json> key_answer(RunArchive& archive, const Parameters& parameters) {
 Result<json> references_answer(RunArchive& archive, const Parameters& parameters) {
   if (auto known = only_parameters(parameters, {}); !known) return base::forward_error(known);
   return archive.in_turn([](db::Catalog& catalog) { return register_document(catalog); });
+}
+
+Result<json> released_with_answer(RunArchive& archive, const Parameters& parameters) {
+  if (auto known = only_parameters(parameters, {"record_id"}); !known) return base::forward_error(known);
+  const auto record_id = required(parameters, "record_id", "an entry of the register, as /api/v1/references gives it");
+  if (!record_id) return base::forward_error(record_id);
+  return archive.in_turn([&](const db::Catalog& catalog) -> Result<json> {
+    const auto entries = catalog.references();
+    if (!entries) return base::forward_error(entries);
+    const auto is_it = [&](const db::ReferenceRow& row) { return row.reference.record_id == *record_id; };
+    if (std::ranges::none_of(*entries, is_it)) return base::bad_input("there is no such entry", "record_id");
+    const auto heads = released_with(catalog, *record_id, now_utc_s());
+    if (!heads) return base::forward_error(heads);
+    json released = json::array();
+    for (const db::ModelHead& head : *heads) released.push_back({{"unit", head.unit}, {"model", head.version}});
+    return json{{"released", std::move(released)}};
+  });
 }
 
 const std::vector<RecordCommand>& record_commands() {

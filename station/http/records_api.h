@@ -15,6 +15,10 @@ namespace soak::station {
 /// GET /api/v1/references: the register of references. Refuses (bad_input) any parameter.
 [[nodiscard]] base::Result<nlohmann::json> references_answer(RunArchive& archive, const Parameters& parameters);
 
+/// GET /api/v1/references/released?record_id=ID: the released models that would not keep the rule of release any more
+/// if that reference were retired: {"released": [{"unit", "model"}, ..]}.
+[[nodiscard]] base::Result<nlohmann::json> released_with_answer(RunArchive& archive, const Parameters& parameters);
+
 /// GET /api/v1/key: what the station signs with. Refuses (bad_input) any parameter.
 [[nodiscard]] base::Result<nlohmann::json> key_answer(RunArchive& archive, const Parameters& parameters);
 

@@ -113,10 +113,13 @@ struct HttpServer::Running {
       send_attached(response, job_file(jobs, request.params));
     });
     listener.Get(kApiPath + std::string("unit/file"), [this](const auto& request, auto& response) {
-      send_attached(response, unit_file(runs, request.params));
+      send_attached(response, unit_file(runs, request.params, access.name_of_caller(request)));
     });
     listener.Get(kApiPath + std::string("references"), [this](const auto& request, auto& response) {
       answer(response, references_answer(runs, request.params));
+    });
+    listener.Get(kApiPath + std::string("references/released"), [this](const auto& request, auto& response) {
+      answer(response, released_with_answer(runs, request.params));
     });
     listener.Get(kApiPath + std::string("key"),
                  [this](const auto& request, auto& response) { answer(response, key_answer(runs, request.params)); });

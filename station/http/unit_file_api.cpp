@@ -67,7 +67,8 @@ Result<ReleaseCase> model_to_hand_over(const db::Catalog& catalog, const ExportR
 }
 
 /// Once of a model and format, however often it is asked for.
-base::Status record_once(db::Catalog& catalog, const ExportRequest& request, const ExportedFile& made) {
+base::Status record_once(db::Catalog& catalog, const ExportRequest& request, const ExportedFile& made,
+                         const std::string& user) {
   const auto events = catalog.find_events({.kind = "calibration_exported",
                                            .subject = request.unit,
                                            .user = {},
@@ -79,10 +80,10 @@ base::Status record_once(db::Catalog& catalog, const ExportRequest& request, con
   const std::string text = fmt::format("{} of model {} to {}", request.format, *made.model, kWhereTo);
   if (std::ranges::any_of(*events, [&](const db::EventRow& event) { return event.text == text; })) return {};
   return catalog.add_calibration(
-      {request.unit, *made.model, now_utc_s(), request.format, content_sha256(made.content), kWhereTo});
+      {request.unit, *made.model, now_utc_s(), request.format, content_sha256(made.content), kWhereTo, user});
 }
 
-Result<UnitFile> released_file_of(db::Catalog& catalog, ExportRequest request) {
+Result<UnitFile> released_file_of(db::Catalog& catalog, ExportRequest request, const std::string& user) {
   const auto unit = catalog.unit(request.unit);
   if (!unit) return base::forward_error(unit);
   if (!*unit) return base::bad_input("there is no such unit; /api/v1/units lists those that there are", "unit");
@@ -96,19 +97,19 @@ Result<UnitFile> released_file_of(db::Catalog& catalog, ExportRequest request) {
   request.model = release->head.version;
   const auto made = export_model(catalog, request);
   if (!made) return base::forward_error(made);
-  if (auto recorded = record_once(catalog, request, *made); !recorded) return base::forward_error(recorded);
+  if (auto recorded = record_once(catalog, request, *made, user); !recorded) return base::forward_error(recorded);
   const std::string stem = plain_file_name(request.unit.substr(0, kLongestFileStem));
   return UnitFile{stem + std::string(ending_of(request.format)), made->content};
 }
 
 }  // namespace
 
-Result<UnitFile> unit_file(RunArchive& archive, const Parameters& parameters) {
+Result<UnitFile> unit_file(RunArchive& archive, const Parameters& parameters, const std::string& user) {
   const auto request = file_asked_for(parameters);
   if (!request) return base::forward_error(request);
   UnitFile file;
   const auto done = archive.in_turn([&](db::Catalog& catalog) -> Result<json> {
-    auto made = released_file_of(catalog, *request);
+    auto made = released_file_of(catalog, *request, user);
     if (!made) return base::forward_error(made);
     file = *std::move(made);
     return json();

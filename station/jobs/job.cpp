@@ -87,6 +87,15 @@ base::Status check_version(const db::Catalog& catalog, const JobRequest& request
   return base::bad_input(fmt::format("unit {} has no model {}", request.unit, *request.model), "model");
 }
 
+base::Status check_device_ids(const JobRequest& request) {
+  const bool is_px4 = request.kind == "export" && request.format == "px4";
+  if (request.accel_id && !is_px4) return base::bad_input("only an export as px4 takes device ids", "accel_id");
+  if (request.gyro_id && !request.accel_id) {
+    return base::bad_input("the id of the accelerometers is missing beside it", "accel_id");
+  }
+  return {};
+}
+
 base::Status check_key(const db::Catalog& catalog) {
   std::error_code unreadable;  // then it is as good as none
   if (std::filesystem::exists(station_key_file(catalog.data_folder()), unreadable)) return {};
@@ -209,6 +218,7 @@ base::Status check_job(const db::Catalog& catalog, const JobRequest& request) {
   if (request.kind == "gap_accept" && request.effects.empty()) {
     return base::bad_input("the names of the effects to be accepted are missing", "effects");
   }
+  if (auto ids = check_device_ids(request); !ids) return ids;
   return check_version(catalog, request);
 }
 
@@ -244,6 +254,10 @@ base::Result<JobCommand> job_command(const db::Catalog& catalog, const JobReques
   if (request.model) command.arguments.push_back(fmt::format("--model={}", *request.model));
   if (*marked) command.arguments.emplace_back("--unreleased");
   if (request.simulated) command.arguments.emplace_back("--simulated");
+  if (request.accel_id) {
+    command.arguments.push_back(
+        fmt::format("--device-id={},{}", *request.accel_id, request.gyro_id.value_or(*request.accel_id)));
+  }
   if (request.sign) command.arguments.push_back("--sign=" + station_key_file(catalog.data_folder()).string());
   return command;
 }
@@ -261,7 +275,7 @@ json job_result(const std::string& kind, const std::string& output) {
   }
   if (kind == "export") {
     return part_of(document, {"unit", "model", "format", "bytes", "sha256", "key_id", "simulated", "unreleased",
-                              "warnings", "notes"});
+                              "warnings", "notes", "cubic"});
   }
   json part = part_of(document, {"unit", "model", "bytes", "sha256"});
   part.update(part_of(document.value("/sections/summary"_json_pointer, json::object()), {"verdict", "sentence"}));

@@ -36,6 +36,9 @@ struct JobRequest {
   std::vector<std::string> effects = {};             ///< gap_accept: names of those to be taken, one at least
   bool sign = false;                                 ///< export as blob: with the station's key
   std::optional<std::int32_t> model = std::nullopt;  ///< export: version of the model; absent = the newest
+  /// export as px4: device id of the accelerometers, and of the gyros if that is another
+  std::optional<std::int32_t> accel_id = std::nullopt;
+  std::optional<std::int32_t> gyro_id = std::nullopt;
 };
 
 /// A command line of `soak` that does it.

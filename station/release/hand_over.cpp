@@ -53,8 +53,9 @@ base::Status check_folder(const std::filesystem::path& folder) {
 base::Result<db::ModelStateRow> release_of(const db::Catalog& catalog, const db::ModelHead& head) {
   auto history = catalog.model_history(head.unit, head.version);
   if (!history) return base::forward_error(history);
-  const auto row = std::ranges::find(*history, "released", &db::ModelStateRow::state);
-  if (row != history->end()) return *row;
+  const auto row = std::find_if(history->rbegin(), history->rend(),
+                                [](const db::ModelStateRow& one) { return one.state == "released"; });
+  if (row != history->rend()) return *row;
   return base::corrupt(
       fmt::format("model {} of unit {} is released, and its history does not say by whom", head.version, head.unit),
       catalog.data_folder().string());
@@ -141,7 +142,8 @@ base::Status collect(const db::Catalog& catalog, const HandOverRequest& request,
     if (file) {
       files.push_back(*std::move(file));
     } else if (file.error().kind == base::ErrorKind::bad_input) {
-      left_out.push_back({unit, head.version, {file.error().message}});
+      const bool is_held_back = release->calibration.simulated && !request.simulated;
+      left_out.push_back({unit, head.version, {file.error().message}, is_held_back});
     } else {
       return base::forward_error(file);
     }
@@ -173,7 +175,9 @@ void name_files(std::vector<ReleasedFile>& files, std::string_view ending) {
 
 base::Error nothing_to_hand_over(const std::vector<LeftOut>& left_out) {
   std::string message =
-      "no unit has a released model that keeps the rule of release: 'soak release --all' releases those that do";
+      std::ranges::any_of(left_out, &LeftOut::is_held_back)
+          ? "nothing is handed over: released models are left out as they are of SIMULATED data; --simulated takes them"
+          : "no unit has a released model that keeps the rule of release: 'soak release --all' releases those that do";
   for (const LeftOut& unit : left_out) {
     message += fmt::format("\n  {}: {}", unit.unit, fmt::join(unit.reasons, "; "));
   }

@@ -26,6 +26,7 @@ struct LeftOut {
   std::string unit;
   std::int32_t model = 0;
   std::vector<std::string> reasons;
+  bool is_held_back = false;  ///< it keeps the rule, and is of simulated data, which the request does not accept
 };
 
 struct HandOver {

@@ -62,6 +62,28 @@ std::optional<std::string> not_passed(const ReleaseCase& release) {
                      remedy);
 }
 
+/// A release ends with the first verification after it that does not pass, whatever the next one says.
+base::Status add_release_again(const db::Catalog& catalog, ReleaseCase& release) {
+  const db::ModelHead& head = release.head;
+  if (head.state != "released" || !release.verification || release.verification->row.verdict != "pass") return {};
+  const auto history = catalog.model_history(head.unit, head.version);
+  if (!history) return base::forward_error(history);
+  const auto given = std::find_if(history->rbegin(), history->rend(),
+                                  [](const db::ModelStateRow& row) { return row.state == "released"; });
+  if (given == history->rend()) return {};
+  const auto rows = catalog.verifications(head.unit, head.version);
+  if (!rows) return base::forward_error(rows);
+  const auto failed = std::find_if(rows->rbegin(), rows->rend(), [&](const db::VerificationRow& row) {
+    return row.utc_s > given->utc_s && row.verdict != "pass";
+  });
+  if (failed == rows->rend()) return {};
+  release.is_to_be_released_again = true;
+  release.obstacles.push_back(
+      fmt::format("a verification on {}, after its release, said {}: release it again ('soak release --unit {}')",
+                  iso_date(failed->utc_s), failed->verdict, head.unit));
+  return {};
+}
+
 /// What was withdrawn of the data of the model, in the words of its warnings, and what was not used.
 base::Status add_withdrawn(const db::Catalog& catalog, ReleaseCase& release) {
   auto withdrawn = withdrawn_since(catalog, release.calibration);
@@ -204,13 +226,35 @@ base::Result<ReleaseCase> judge_release(const db::Catalog& catalog, const db::Mo
   if (!calibration) return base::forward_error(calibration);
   auto verification = last_verification(catalog, head);
   if (!verification) return base::forward_error(verification);
-  ReleaseCase release{head, *std::move(calibration), *std::move(verification), {}, {}};
+  ReleaseCase release{head, *std::move(calibration), *std::move(verification), {}, {}, false};
   if (auto added = add_of_unit(catalog, release); !added) return base::forward_error(added);
   if (auto what = not_passed(release)) release.obstacles.push_back(*std::move(what));
+  if (auto added = add_release_again(catalog, release); !added) return base::forward_error(added);
   if (auto added = add_withdrawn(catalog, release); !added) return base::forward_error(added);
   if (auto added = add_withdrawn_of_verification(catalog, release); !added) return base::forward_error(added);
   add_expiry(release, now_utc_s);
   return release;
+}
+
+base::Result<std::vector<db::ModelHead>> released_with(const db::Catalog& catalog, const std::string& record_id,
+                                                       double now_utc_s) {
+  const auto heads = catalog.models();
+  if (!heads) return base::forward_error(heads);
+  const auto has_entry = [&](const std::vector<calib::ReferenceUse>& uses) {
+    return std::ranges::any_of(uses,
+                               [&](const calib::ReferenceUse& use) { return use.reference.record_id == record_id; });
+  };
+  std::vector<db::ModelHead> found;
+  for (const db::ModelHead& head : *heads) {
+    if (head.state != "released") continue;
+    const auto release = judge_release(catalog, head, now_utc_s);
+    if (!release && release.error().kind != base::ErrorKind::corrupt) return base::forward_error(release);
+    if (!release || !release->obstacles.empty()) continue;
+    const auto of_check = references_of_campaigns(catalog, {release->verification->campaign});
+    if (!of_check) return base::forward_error(of_check);
+    if (has_entry(release->calibration.references) || has_entry(*of_check)) found.push_back(head);
+  }
+  return found;
 }
 
 }  // namespace soak::station

@@ -21,8 +21,8 @@ using html::member;
 using nlohmann::json;
 
 /// What web/report.mjs needs, each after what it imports.
-constexpr std::array<std::string_view, 6> kModules = {"format.mjs",         "dom.mjs",   "axes.mjs", "figure.mjs",
-                                                      "sensor_figures.mjs", "report.mjs"};
+constexpr std::array<std::string_view, 7> kModules = {
+    "format.mjs", "dom.mjs", "axes.mjs", "figure.mjs", "figure_words.mjs", "sensor_figures.mjs", "report.mjs"};
 
 /// A module as part of one script: without its imports, which stand before it.
 std::string joined_module(std::string_view name) {

@@ -117,14 +117,29 @@ std::string duration(double seconds) {
 
 std::string unit_text(std::string_view unit) {
   std::string text = escaped(unit);
+  if (text == "deg") return "°";
   const auto replace = [&](std::string_view from, std::string_view to) {
-    const auto at = text.find(from);
-    if (at != std::string::npos) text.replace(at, from.size(), to);
+    for (auto at = text.find(from); at != std::string::npos; at = text.find(from, at + to.size())) {
+      text.replace(at, from.size(), to);
+    }
   };
+  replace("deg/", "°/");
   replace("m/s2", "m/s²");
   replace("sqrt(Hz)", "√Hz");
   replace("sqrt(s)", "√s");
   return text;
+}
+
+std::string said(std::string_view text) {
+  constexpr std::string_view kBegin = " ('soak ";
+  constexpr std::string_view kEnd = "')";
+  std::string plain(text);
+  for (auto at = plain.find(kBegin); at != std::string::npos; at = plain.find(kBegin)) {
+    const auto end = plain.find(kEnd, at);
+    if (end == std::string::npos) break;
+    plain.erase(at, end + kEnd.size() - at);
+  }
+  return unit_text(plain);
 }
 
 Cell text_cell(std::string_view text) { return {escaped(text)}; }

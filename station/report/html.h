@@ -34,8 +34,12 @@ namespace soak::station::html {
 /// "20 h 00 min", "4 min 20 s", "12 s".
 [[nodiscard]] std::string duration(double seconds);
 
-/// A unit as people write it: "m/s²" for "m/s2".
+/// A unit as people write it: "m/s²" for "m/s2", "°/s" for "deg/s"; also the units in a sentence. Escaped.
 [[nodiscard]] std::string unit_text(std::string_view unit);
+
+/// What the station says, for who does not work at it: escaped, with units as people write them and without the
+/// commands of a terminal, which stand in brackets: "('soak reference add --kind level')".
+[[nodiscard]] std::string said(std::string_view text);
 
 /// A cell of a table; `html` is taken as it is.
 struct Cell {

@@ -118,7 +118,7 @@ std::string cut(const std::string& text, std::size_t longest) {
 std::string remedy_line(const json& warning) {
   const std::string remedy = warning.value("remedy", "");
   if (remedy.empty()) return {};
-  return fmt::format("<span class=\"do\">{}{}</span>", asks(warning) ? "What to do: " : "", html::escaped(remedy));
+  return fmt::format("<span class=\"do\">{}{}</span>", asks(warning) ? "What to do: " : "", html::said(remedy));
 }
 
 std::string warning_list(const std::vector<json>& warnings, std::size_t longest) {
@@ -127,7 +127,7 @@ std::string warning_list(const std::vector<json>& warnings, std::size_t longest)
     html +=
         fmt::format("<li class=\"{}\"><span class=\"who\">{}</span>{} <code>{}</code>{}</li>\n",
                     html::escaped(warning.value("urgency", "act")), who(warning),
-                    html::escaped(cut(warning["text"], longest)), html::text_of(warning, "code"), remedy_line(warning));
+                    html::said(cut(warning["text"], longest)), html::text_of(warning, "code"), remedy_line(warning));
   }
   return html + "</ul>\n";
 }
@@ -169,7 +169,7 @@ std::string nothing_to_do(const json& summary) {
   }
   const std::vector<json> asides = asides_of(summary);
   for (std::size_t i = 0; i < std::min(asides.size(), kMostAsides); ++i) {
-    parts.push_back(who(asides[i]) + html::escaped(cut(asides[i]["text"], kLongestAside)));
+    parts.push_back(who(asides[i]) + html::said(cut(asides[i]["text"], kLongestAside)));
   }
   if (asides.size() > kMostAsides) parts.push_back(fmt::format("{} more", asides.size() - kMostAsides));
   if (parts.empty()) return {};

@@ -68,7 +68,8 @@ std::string drives_part(const json& impact) {
              "<p>With a navigation filter and satellite navigation until the outage: {} outages of {} s on {} "
              "simulated "
              "drives with this unit's curves, the temperature going the same way. Errors that no calibration of the "
-             "temperature removes, such as noise, are assumed, the same for every unit.</p>\n",
+             "temperature removes, such as noise, are assumed: those of an AHRS400CA for every unit, not those of this "
+             "unit's type.</p>\n",
              drives["outages"].get<int>(), html::number(drives["length_s"].get<double>(), 0),
              drives["drives"].get<int>()) +
          drives_table(drives) +

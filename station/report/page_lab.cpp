@@ -22,7 +22,7 @@ using nlohmann::json;
 
 // ---- check standards ----
 
-std::string unit_of(std::string_view sensor) { return sensor.starts_with("gyro") ? "deg/s" : "m/s²"; }
+std::string unit_of(std::string_view sensor) { return sensor.starts_with("gyro") ? "°/s" : "m/s²"; }
 
 std::string verdict_words(const json& verdict) {
   if (verdict == "out_of_control") return "OUT OF CONTROL";
@@ -212,10 +212,6 @@ std::string provenance_part(const json& document) {
                        {"Fitted", html::date_time(sections["summary"]["model_created_utc_s"])},
                        {"Page made by", html::text_of(document, "software")},
                        {"Page made", html::date_time(document["created_utc_s"])}});
-  html += fmt::format(
-      "<p>What a shorter campaign would have given: <code>soak fit --unit {} --chamber-time</code>. Every byte of the "
-      "runs is checked by <code>soak runs verify</code>.</p>\n",
-      html::text_of(document, "unit"));
   return html + "</section>\n";
 }
 

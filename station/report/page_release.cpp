@@ -64,7 +64,7 @@ std::string verdict_word(const std::string& verdict) {
 
 std::string verdict_line(const std::string& verdict, const std::string& sentence) {
   return fmt::format("<p class=\"verdict {}\"><b>{}</b>{}</p>\n", html::escaped(verdict), verdict_word(verdict),
-                     html::escaped(sentence));
+                     html::said(sentence));
 }
 
 std::string certificate_number(const json& document) {

@@ -217,7 +217,7 @@ std::string couplings_part(const json& couplings) {
     html += coupling_table("Misalignment of the gyros, mrad ± standard error", of_gyros, "gyro", kMillirad);
   }
   if (sensitivity.is_object()) {
-    html += coupling_table("g-sensitivity of the gyros, deg/s per g ± standard error", sensitivity, "gyro", 1.0);
+    html += coupling_table("g-sensitivity of the gyros, °/s per g ± standard error", sensitivity, "gyro", 1.0);
   }
   html += even_order_table(member(couplings, "accel_even_order_g_per_g2")) + "</div>\n";
   html += misalignment.is_object() ? "<p>Misalignment is one constant for all temperatures, mean over runs, and in the "

@@ -85,7 +85,7 @@ std::string budget_rows(const std::string& caption, const json& budget, bool has
                                      html::html_cell(freedom.is_number() ? html::number(freedom) : "∞")};
     add_spread(cells, part, "curve", true);
     add_spread(cells, part, "fresh_power_on", has_pi95);
-    cells.push_back({.html = html::text_of(part, "basis"), .style = "basis"});
+    cells.push_back({.html = html::said(part.value("basis", "–")), .style = "basis"});
     table.row(cells);
   }
   return table.html();

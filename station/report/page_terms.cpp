@@ -69,7 +69,7 @@ std::string gap_table(const json& gap) {
     const bool gyro = sensor.starts_with("gyro");
     const double factor = gyro ? 180.0 / std::numbers::pi : 1.0;
     const auto figure = [&](const char* key) { return html::number_cell(entry[key].get<double>() * factor); };
-    table.row({html::row_heading(sensor), html::text_cell(gyro ? "deg/s" : "m/s²"), figure("before_rms"),
+    table.row({html::row_heading(sensor), html::text_cell(gyro ? "°/s" : "m/s²"), figure("before_rms"),
                figure("after_rms"), figure("floor_rms"),
                entry["closed_fraction"].is_null()
                    ? html::text_cell("too small to tell")

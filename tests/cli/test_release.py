@@ -241,6 +241,25 @@ class Rule(ReleaseTest):
         kinds = [event["kind"] for event in self.soak_json("events-list", "events", "list", "--user", "eva")["events"]]
         self.assertEqual(kinds, ["model_released"])
 
+    def test_a_release_does_not_outlive_a_verification_that_fails(self):
+        self.released()
+        self.verify(NARROW, status=5)
+        self.refused("says fail")
+        self.verify()
+        error = self.refusal("export", "--unit", SERIAL, "--format", "blob", "--simulated", "-o", self.folder / "x")
+        self.assertIn(f"after its release, said fail: release it again ('soak release --unit {SERIAL}')", error["message"])
+        self.assertIn("release it again", self.refusal("export", "--all", "--released", "--out", self.folder / "out", "--sign", self.key(), "--simulated")["message"])
+        document = self.soak_json("release", "release", "--unit", SERIAL, "--user", "nora")["units"][0]
+        self.assertEqual((document["state"], document["obstacles"]), ("released", []))
+        self.assertEqual([row["user"] for row in self.shown()["history"] if row["state"] == "released"], ["eva", "nora"])
+        self.export("again.soakcal")
+        self.soak("release", "--unit", SERIAL, "--user", "ann")  # it stays as it is
+        self.assertEqual(self.shown()["history"][-1]["user"], "nora")
+
+    def key(self):
+        self.soak("key", "new", "-o", self.folder / "lab.key")
+        return self.folder / "lab.key"
+
     def interrupted(self, *words):
         """What a command prints that is interrupted where it would enter its first release."""
         with contextlib.closing(open_catalog(self.data / "station.db")) as catalog:
@@ -461,7 +480,9 @@ class HandOver(ReleaseTest):
 
     def test_it_mixes_with_nothing_and_simulated_data_are_asked_for(self):
         self.released()
-        self.assertIn("SIMULATED", self.refusal(*[one for one in self.arguments() if one != "--simulated"])["message"])
+        first = self.refusal(*[one for one in self.arguments() if one != "--simulated"])["message"].split("\n")[0]
+        self.assertIn("SIMULATED data; --simulated takes them", first)  # and not that nothing keeps the rule
+        self.assertNotIn("soak release", first)
         self.out.mkdir()
         (self.out / "old.soakcal").write_bytes(b"old")
         self.assertEqual(self.refusal(*self.arguments())["where"], str(self.out))

@@ -39,6 +39,7 @@ TEST_F(ModelStates, GoOneWayAndEndInWithdrawn) {
   ASSERT_TRUE(to("released"));
   EXPECT_FALSE(to("verified"));
   EXPECT_EQ(state_of(2), "released");
+  ASSERT_TRUE(to("released")) << "anew, after a verification that failed";
   EXPECT_EQ(state_of(1), "fitted");
   ASSERT_TRUE(to("withdrawn"));
   for (const char* state : {"fitted", "verified", "released", "withdrawn"}) {

@@ -142,6 +142,11 @@ TEST_F(QueryPlans, TheEventLogIsReadFromItsEndBackWithoutSorting) {
       steps_of_question([](const Catalog& c) { return c.find_events({.subject = "SN1", .most = 5}).has_value(); });
   ASSERT_EQ(steps.size(), 1);
   EXPECT_TRUE(steps[0].starts_with("SCAN event in:")) << steps[0];
+  const auto of_several = steps_of_question([](const Catalog& c) {
+    return c.find_events({.most = 5, .subjects = {"SN1", kRunId}, .without_kinds = {"step"}}).has_value();
+  });
+  ASSERT_EQ(of_several.size(), 1);
+  EXPECT_TRUE(of_several[0].starts_with("SCAN event in:")) << of_several[0];
 }
 
 TEST_F(QueryPlans, TheSegmentsOfARunAreFoundByItOnceTheSealsAreChecked) {

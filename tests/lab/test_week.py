@@ -255,6 +255,7 @@ class Week(LabTest):
         self.see("#unit-jobs", f"{SERIAL}.html")
         self.click("#unit-simulated")
         self.click("#unit-export")
+        self.click("#sure-send")
         self.see("#unit-jobs", f"{SERIAL}.unreleased.soakcal")
         self.see("#unit-next", "Release it.")
         self.click("#unit-release")

@@ -446,21 +446,24 @@ TEST(ReportPageTest, DrawsTheUncertaintyBudget) {
   json with = document("SN1", 3, 10);
   const json spread = {{"max", 0.0123}, {"at_25c", 0.0111}};
   const json none = {{"max", nullptr}, {"at_25c", nullptr}};
-  with["sections"]["sensors"]["gyro_x"]["fit"]["uncertainty"] = {{{"name", "run_to_run"},
-                                                                  {"type", "A"},
-                                                                  {"degrees_of_freedom", 2.0},
-                                                                  {"stated", true},
-                                                                  {"curve", spread},
-                                                                  {"fresh_power_on", spread},
-                                                                  {"basis", "scatter of 3 runs"}},
-                                                                 {{"name", "fixture"},
-                                                                  {"type", "B"},
-                                                                  {"degrees_of_freedom", nullptr},
-                                                                  {"stated", false},
-                                                                  {"curve", none},
-                                                                  {"fresh_power_on", none},
-                                                                  {"basis", "no reference <entered>"}}};
+  with["sections"]["sensors"]["gyro_x"]["fit"]["uncertainty"] = {
+      {{"name", "run_to_run"},
+       {"type", "A"},
+       {"degrees_of_freedom", 2.0},
+       {"stated", true},
+       {"curve", spread},
+       {"fresh_power_on", spread},
+       {"basis", "scatter of 3 runs"}},
+      {{"name", "fixture"},
+       {"type", "B"},
+       {"degrees_of_freedom", nullptr},
+       {"stated", false},
+       {"curve", none},
+       {"fresh_power_on", none},
+       {"basis", "no reference <entered> ('soak reference add --kind level')"}}};
   const std::string page = report_page(with);
+  EXPECT_EQ(page.find("soak reference"), std::string::npos) << "a customer has no terminal of the station";
+  EXPECT_EQ(page.find(">deg/s"), std::string::npos);
   EXPECT_NE(page.find("<data value=\"0.0123\">0.0123</data>"), std::string::npos);
   EXPECT_NE(page.find("class=\"basis\""), std::string::npos);
   EXPECT_NE(page.find("scatter of 3 runs"), std::string::npos);

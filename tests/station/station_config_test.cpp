@@ -97,6 +97,12 @@ baud = 921600
 
 constexpr const char* kSlot = "[[slot]]\nname = \"1\"\ndevice = \"/dev/ttyUSB0\"\n";
 
+TEST_F(StationConfigFile, AKeyOfTheTopThatStandsInASectionIsToldWhereItBelongs) {
+  const std::string message = refusal(std::string(kChamber) + kSlot + "listen = \"0.0.0.0:8088\"\nbogus = 1\n");
+  EXPECT_TRUE(base::mentions(message, {place(8) + "unknown key 'listen' here: it belongs above the first [section]"}));
+  EXPECT_TRUE(message.ends_with("unknown key 'bogus'")) << message;
+}
+
 TEST_F(StationConfigFile, WhoIsToldOfAlarmsIsRead) {
   const auto config = read(std::string(kChamber) + kSlot + R"([alarms.mail]
 host = "smtp.lab.example"

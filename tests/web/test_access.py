@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """An attacker at a station that others may reach, before a real `soakd` ($SOAK_BIN_FOLDER): without an account, with somebody else's
 role, cookie or page, with many passwords, with slow or wrong TLS, with names that are meant to do harm."""
+import contextlib
 import hashlib
 import json
 import pathlib
@@ -14,7 +15,8 @@ import unittest
 import yaml
 
 from guarded_station import ROLES, UNIT, GuardedStation, password_of, read_all
-from soak_cli import check_schema
+from run_digest import open_catalog
+from soak_cli import check_schema, recording
 
 PATHS = yaml.safe_load((pathlib.Path(__file__).resolve().parents[2] / "docs" / "openapi.yaml").read_text(encoding="utf-8"))["paths"]
 API = "/api/v1/"
@@ -149,6 +151,23 @@ class Attacker(unittest.TestCase):
         status, _, body = self.station.post("run/void", void, self.station.cookie("eva"))
         self.assertEqual(status, 200, body)
         self.assertEqual(self.station.query("SELECT user FROM event WHERE kind = 'voided'"), [("eva",)])
+
+    def test_who_has_the_file_of_a_released_model_first_is_in_the_event_log(self):
+        station = GuardedStation()
+        self.addCleanup(station.close)
+        (station.folder / "more.csv").write_text(recording(plateaus=(0.0, 20.0, 40.0), seconds=20), encoding="utf-8")
+        station.soak("import", str(station.folder / "more.csv"), "--unit", "SN7", "--gravity-mps2", "9.80665")
+        station.soak("fit", "--unit", "SN7")
+        with contextlib.closing(open_catalog(station.data / "station.db")) as catalog, catalog:  # as if it had passed and been released
+            document = json.dumps({"campaign": "check", "limits": "limits.toml", "runs": []})
+            catalog.execute("INSERT INTO verification VALUES (?, 'SN7', 1, ?, 'eva', 'pass', ?)", ("f" * 20, time.time(), document))
+            for state in ("verified", "released"):
+                catalog.execute("INSERT INTO model_state (model_state_id, unit, model_version, state, reason, user, utc_s) VALUES (?, 'SN7', 1, ?, 'test', 'eva', ?)",
+                                (f"{state:x<20}", state, time.time()))
+        for name in ("vera", "otto", "vera"):
+            status, _, body = station.ask("GET", "/api/v1/unit/file?unit=SN7&format=json", headers={"Cookie": station.cookie(name)})
+            self.assertEqual(status, 200, body)
+        self.assertEqual(station.query("SELECT user FROM event WHERE kind = 'calibration_exported'"), [("vera",)])
 
     def test_a_page_of_another_site_cannot_use_the_cookie_of_whoever_looks_at_it(self):
         own = self.station.page_headers(self.station.cookie("eva"))

@@ -81,9 +81,11 @@ class AllUnits(StationTest):
         self.assertEqual((verification["kind"], verification["unit"], verification["campaign"], verification["user"]), ("verify", SERIAL, "verification", "Eva"))
         check_schema({key: value for key, value in verification["result"].items()}, "verify")
 
-        self.see("#units-verified", "2 verified models may be released.")
+        self.see("#units-verified", "2 models may be released.")
         self.click("#units-release")
-        self.see("#units-last-text", "2 of 2 newest models are released now.")
+        self.see("#sure-title", "Release these 2 models?")
+        self.click("#sure-send")
+        self.see("#units-last-text", "2 of 2 newest models were released when it had ended.")
         self.assertEqual(self.soakd.query("SELECT subject, user FROM event WHERE kind = 'model_released' ORDER BY subject"), [(SERIAL, "Eva"), (OTHER, "Eva")])
         self.see("#units-list", "released")
         self.browser.click(f"#units-list a[href='#unit={SERIAL}']")

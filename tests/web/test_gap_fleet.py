@@ -150,7 +150,17 @@ class Interface(WithStation):
         second = self.soakd.get("audit", most=2, before=first["events"][-1]["number"])
         self.assertEqual(first["events"] + second["events"], listed[::-1][:4])
         self.assertFalse(self.soakd.get("audit", before=2)["has_older"])
-        for wrong in ("most=0", "most=501", "before=x", "from_utc_s=now", "kind=", "since=1"):
+        of_runs = [event for event in listed if event["kind"] == "run_added"]
+        run = self.soakd.get("runs")["runs"][0]
+        same = {one["run_id"] for one in self.soakd.get("runs")["runs"] if one["run"] == run["run"]}
+        by_label = self.soakd.get("audit", about=run["run"], most=500)["events"]
+        self.assertEqual([event for event in by_label if event["kind"] == "run_added"], [event for event in of_runs[::-1] if event["subject"] in same])
+        by_both = self.soakd.get("audit", about=f"{run['run']} of {run['campaign']}", most=500)["events"]
+        self.assertIn(run["run_id"], {event["subject"] for event in by_both})
+        self.assertLess(len(by_both), len(by_label))
+        self.assertEqual(self.soakd.get("audit", about=LAGGING, most=500)["events"], self.soakd.get("audit", subject=LAGGING, most=500)["events"])
+        self.assertFalse({"position", "power", "segment", "step"} & {event["kind"] for event in self.soakd.get("audit", routine="false", most=500)["events"]})
+        for wrong in ("routine=no", "about=", "most=0", "most=501", "before=x", "from_utc_s=now", "kind=", "since=1"):
             self.assertEqual(self.refused(f"audit?{wrong}"), (400, wrong.split("=")[0]))
 
     def test_the_chain_of_events_is_checked(self):
@@ -345,6 +355,13 @@ class Page(BrowserTest, WithStation):
         said = self.browser.run("return import('/gap_words.mjs').then(({ G }) => ['g_sensitivity', 'sensor_lag'].map(G.effectTitle))")
         self.assertEqual(said, ["g sensitivity", "Sensor lag"])
 
+    def test_the_fleet_begins_with_the_type_of_most_units_then_with_the_one_looked_at_last(self):
+        self.go("fleet", "return document.querySelectorAll('#fleet-sensors .sensor').length === 6")
+        self.assertEqual(self.browser.run("return document.querySelector('#fleet-type').value"), "mti-300")
+        self.go("fleet=generic", "return document.querySelector('#fleet-type').value === 'generic'")
+        self.go("fleet", "return document.querySelector('#fleet-type').value === 'generic'")
+        self.browser.run("localStorage.removeItem('soak-fleet-type')")
+
     def test_an_odd_unit_stands_out_and_its_name_is_text(self):
         self.go("fleet=mti-300", "return document.querySelectorAll('#fleet-sensors .sensor').length === 6")
         self.assertEqual(self.browser.run("return document.querySelector('#to-fleet').ariaCurrent"), "page")
@@ -437,12 +454,12 @@ class Page(BrowserTest, WithStation):
         self.assertIn("these runs tell them apart", sure)
         self.assertIn("Accept it", following)
         what, sure, following = self.told(self.report("none"))
-        self.assertIn("1.0 m°/s", sure)
+        self.assertIn("0.0010 °/s", sure)
         self.assertTrue(what and following)
         what, sure, following = self.told(self.report("cannot_judge"))
         self.assertIn("one run only", sure)
         what, sure, following = self.told(self.report("unknown"))
-        for wanted, line in (("time of day", what), ("gyro y", what), ("5.00 m°/s", what), ("building", sure), ("room", following)):
+        for wanted, line in (("time of day", what), ("gyro y", what), ("0.00500 °/s", what), ("building", sure), ("room", following)):
             self.assertIn(wanted, line)
         self.assertIn("10 K", self.told(self.report("unknown", structure={"closer_plateaus_k": 10}))[2])
         self.assertIn("third branch", self.told(self.report("unknown", held_out="half"))[2])
@@ -469,7 +486,7 @@ class Page(BrowserTest, WithStation):
                  for run, since, size in (("R2", 600.0, 0.002), ("R3", 7260.0, -0.02))]
         report = self.report("unknown", structure={"kind": "step", "steps": steps})
         what, sure, following = self.told(report)
-        for wanted in ("gyro y", "R3", "1 h 57 min to 2 h 1 min", "at a plateau", "25 °C", "20 m°/s"):
+        for wanted in ("gyro y", "R3", "1 h 57 min to 2 h 1 min", "at a plateau", "25 °C", "0.020 °/s"):
             self.assertIn(wanted, what.replace("2 h 01 min", "2 h 1 min"))
         self.assertEqual(len(self.browser.run("return import('/gap_words.mjs').then((words) => words.stepRows(arguments[0]))", steps)), 2)
 
@@ -489,8 +506,8 @@ class Page(BrowserTest, WithStation):
                   "bias_instability": {"value": 0.0007, "ci95": [0.0006, 0.0008], "tau_s": 900.0, "campaign": "rest", "run": "R1", "duration_s": 72000.0}},
                  {"sensor": "accel_x", "unit": "m/s2", "within_run": 0.002, "share_minutes": 1.0, "share_hours": 0.0, "bias_instability": None}]
         rows = self.browser.run("return import('/gap_words.mjs').then((words) => words.slowNoiseRows(arguments[0]))", noise)
-        self.assertEqual(rows[0][:5], ["gyro x", "3.1", "m°/s", "25 %", "75 %"])
-        self.assertIn("0.70", rows[0][5])
+        self.assertEqual(rows[0][:5], ["gyro x", "0.0031", "°/s", "25 %", "75 %"])
+        self.assertIn("0.00070", rows[0][5])
         self.assertEqual(rows[1][5], "–")
 
     @long_test
@@ -520,7 +537,7 @@ class Page(BrowserTest, WithStation):
         self.see("#chain-result", "none changed or missing")
         self.browser.type("#audit-user", "nobody at all")
         self.click("#audit-send")
-        self.see("#audit-nothing", "No event is like that. “About” and “By” must be the whole name.")
+        self.see("#audit-nothing", "No event is like that. “About” takes what the column shows")
         names = sorted({event["user"] for event in listed if event["user"]})
         self.assertEqual(self.browser.run("return [...document.querySelector('#audit-user').list.options].map(({ value }) => value)"), names)
         self.assertEqual(self.browser.run(rows), 0)

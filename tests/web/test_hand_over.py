@@ -52,13 +52,20 @@ class HandOver(BrowserTest):
     def test_all_that_may_be_released_are_released_at_a_click_and_the_others_say_why_not(self):
         self.browser.go(f"{self.soakd.url}#units")
         self.browser.type("#user", "Eva")
-        self.see("#units-verified", "1 verified model may be released.")
+        self.see("#units-verified", "1 model may be released.")
         self.see("#units-list", "verified")
         self.browser.click("#units-release")
+        self.see("#sure-title", "Release this model?")
+        self.see("#sure-list", f"{SERIAL}, model 1. Nobody has searched its gap.")
+        self.browser.click("#sure-cancel")
+        self.browser.wait("return !document.querySelector('#sure-dialog').open")
+        self.assertEqual(self.soakd.get("unit", unit=SERIAL)["model"]["state"], "verified", "nothing is released that nobody has agreed to")
+        self.browser.click("#units-release")
+        self.browser.click("#sure-send")
         self.see("#units-last-job", "Release: all units, their newest models")
-        self.see("#units-last-text", "1 of 2 newest models are released now.")
+        self.see("#units-last-text", "1 of 2 newest models was released when it had ended.")
         self.see("#units-last-rest", f"{OTHER}, model 1, may not be released: it was never verified")
-        self.see("#units-verified", "0 verified models may be released.")
+        self.see("#units-verified", "0 models may be released.")
         self.assertTrue(self.browser.run("return document.querySelector('#units-release').disabled"))
         self.see("#units-list", "released")
         listed = self.soakd.get("units")
@@ -203,6 +210,61 @@ class HandOver(BrowserTest):
         self.assertEqual(unit["sha256"], hashlib.sha256(files[f"hand-over/{SERIAL}.soakcal"]).hexdigest())
         self.assertEqual(self.browser.console(), [])
 
+    def test_retiring_a_reference_says_whose_release_rests_on_it(self):
+        self.soakd.soak("reference", "add", "--kind", "level", "--name", "Niveau 7", "--certificate", "N-7", "--issued", "2020-01-01", "--due", "2097-03-01", "--uncertainty", "0.0002")
+        self.soakd.soak("import", stored_units() / "lab" / "verification" / f"{SERIAL}.csv", "--unit", SERIAL, "--campaign", "checked", "--procedure", "verification", "--simulated",
+                        "--references", "--gravity-mps2", "9.80665")
+        self.assertEqual(self.job(kind="verify", unit=SERIAL, campaign="checked")["result"]["verdict"], "pass")
+        [entry] = self.soakd.get("references")["references"]
+        question = {"record_id": entry["record_id"]}
+        self.assertEqual(self.soakd.get("references/released", **question), {"released": []}, "it is not released")
+        self.job(kind="release", unit=SERIAL)
+        found = self.soakd.get("references/released", **question)
+        check_schema(found, "http-references-released")
+        self.assertEqual(found, {"released": [{"unit": SERIAL, "model": 1}]})
+        self.browser.go(f"{self.soakd.url}#records")
+        self.see("#references", "Niveau 7")
+        self.browser.run("document.querySelector(\"#references [aria-label='Retire Niveau 7']\").click()")
+        self.see("#retire-lost", "1 released unit rests on it and becomes “do not hand over”")
+        self.see("#retire-units", f"{SERIAL}, model 1")
+        self.browser.type("#retire-reason", "sold")
+        self.browser.type("#retire-user", "Eva")
+        self.browser.click("#retire-send")
+        self.see("#references", "retired")
+        self.open_unit(SERIAL)
+        self.see("#unit-badges", "released, do not hand over")
+        self.assertEqual(self.soakd.get("references/released", **question), {"released": []}, "nothing more is to be lost")
+        self.browser.go("about:blank")
+        self.browser.go(f"{self.soakd.url}#events")
+        self.see("#audit", "Niveau 7, certificate N-7")  # and not the number of its entry
+        for about in ("Niveau 7", "N-7", "Niveau 7, certificate N-7"):
+            self.browser.run("document.querySelector('#audit-subject').value = arguments[0]", about)
+            self.browser.click("#audit-send")
+            self.browser.wait("return document.querySelectorAll('#audit tbody tr').length === 2")
+        self.assertEqual(self.browser.console(), [])
+
+    def test_a_model_that_failed_after_its_release_is_released_again_by_somebody(self):
+        self.job(kind="release", unit=SERIAL)
+        self.soakd.limits('name = "generic"\n[limits]\ngyro = 0.0001\naccel = 0.0001\n')
+        self.assertEqual(self.job(kind="verify", unit=SERIAL, campaign="verification")["result"]["verdict"], "fail")
+        self.soakd.limits('name = "generic"\n[limits]\ngyro = 50.0\naccel = 50.0\n')
+        self.verify(SERIAL)
+        self.open_unit(SERIAL)
+        self.see("#unit-verdict", "PASS")
+        self.see("#unit-badges", "released, do not hand over")
+        self.see("#unit-next", "Release it again: it failed a verification after its release, and the last one says PASS.")
+        self.browser.go("about:blank")
+        self.browser.go(f"{self.soakd.url}#units")
+        self.see("#units-verified", "1 model may be released.")
+        self.browser.click("#units-release")
+        self.see("#sure-list", f"{SERIAL}, model 1, again: it failed a verification after its release")
+        self.browser.click("#sure-cancel")
+        self.open_unit(SERIAL)
+        self.browser.click("#unit-release")
+        self.see("#unit-next", "Export it.")
+        self.browser.wait("return document.querySelector('#unit-badges').textContent.includes('released') && !document.querySelector('#unit-badges').textContent.includes('do not')")
+        self.assertEqual(len([row for row in self.soakd.soak_json("model", "show", "--unit", SERIAL)["history"] if row["state"] == "released"]), 2)
+
     def unit_file(self, **parameters):
         """Status, name and content, or where it is refused and why."""
         try:
@@ -252,6 +314,8 @@ class HandOver(BrowserTest):
         self.browser.run("const choice = document.querySelector('#unit-version'); choice.value = ''; choice.dispatchEvent(new Event('change'));")
         self.browser.click("#unit-simulated")  # the tick was about model 1
         self.browser.click("#unit-export")
+        self.see("#sure-title", "Export model 2, which is not released?")
+        self.browser.click("#sure-send")
         self.see("#unit-jobs li", f"{SERIAL}.unreleased.soakcal")
         made = [job["result"] for job in self.soakd.get("jobs")["jobs"] if job["kind"] == "export"]
         self.assertEqual([(result["model"], result["unreleased"]) for result in made], [(2, True), (1, False)])
@@ -317,7 +381,7 @@ class HandOver(BrowserTest):
         self.job(kind="release", unit=SERIAL)
         self.soakd.soak("import", stored_units() / "small.csv", "--unit", SERIAL, "--campaign", "later", "--simulated", "--gravity-mps2", "9.80665")
         self.open_unit(SERIAL)
-        self.see("#unit-next", "it is released, and does not keep the rule of release any more: runs for calibration are not in it: r1")
+        self.see("#unit-next", "Do not hand it over. Fit it again, then verify and release it: runs for calibration are not in it: r1")
         self.see("#unit-facts", "yes, against the rule of release: do not hand it over")
         done = self.job(kind="export", unit=SERIAL, format="blob", simulated=True)
         self.assertEqual((done["state"], done["file"]), ("failed", None), done)

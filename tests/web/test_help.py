@@ -127,6 +127,20 @@ class Help(PageTest):
             self.browser.colours(scheme)
             self.assertEqual(self.browser.poor_contrast(), [])
 
+    def test_a_search_finds_the_chapter_by_its_words_and_leads_there(self):
+        self.browser.go(f"{self.station.url}#help")
+        self.browser.wait("return document.querySelector('#help-page article')")
+        self.browser.type("#help-find", "change a limit")
+        self.browser.wait("return document.querySelector('#help-found li')")
+        self.assertEqual(self.browser.text("#help-found li:first-child a"), "Change a limit")  # whose heading has the words, before those that mention them
+        self.assertTrue(self.browser.run("return document.querySelector('#help-page').hidden"))
+        self.browser.click("#help-found li:first-child a")
+        self.browser.wait("return location.hash === '#help=guide&at=change-a-limit' && !document.querySelector('#help-page').hidden")
+        self.assertEqual(self.browser.run("return document.activeElement.id"), "at-change-a-limit")
+        self.browser.type("#help-find", "qwertz no such word")
+        self.see("#help-found-count", "Nothing in the Help has all of these words.")
+        self.assertEqual(self.browser.console(), [])
+
 
 if __name__ == "__main__":
     unittest.main()

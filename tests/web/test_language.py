@@ -38,7 +38,7 @@ const parts = (group, way) => Object.entries(group).flatMap(([name, value]) =>
   typeof value === 'object' ? parts(value, `${way}${name}.`) : [`${way}${name} ${typeof value === 'function' ? value.length : 'text'}`]);
 return import(`/${arguments[0]}`).then(({ text }) => parts(text, ''));"""
 # The report is a document of record in English; the languages themselves and types.
-NO_VIEWS = {"documents.mjs", "figure.mjs", "kept_documents.mjs", "report.mjs"} | {path.name for path in WEB.glob("text_*.mjs")}
+NO_VIEWS = {"documents.mjs", "figure.mjs", "figure_words.mjs", "kept_documents.mjs", "report.mjs"} | {path.name for path in WEB.glob("text_*.mjs")}
 
 
 class OwnTexts(html.parser.HTMLParser):

@@ -94,6 +94,7 @@ class OpenApi(unittest.TestCase):
     def setUpClass(cls):
         cls.soakd = UnitStation()
         cls.addClassCleanup(cls.soakd.close)
+        cls.soakd.soak("reference", "add", "--kind", "level", "--name", "level 7", "--certificate", "N-7", "--issued", "2020-01-01", "--due", "2097-03-01", "--uncertainty", "0.0002")
 
     def ask(self, path, body=None, url=None, **parameters):
         """Status, type and bytes of the answer."""
@@ -134,7 +135,8 @@ class OpenApi(unittest.TestCase):
         channels = [channel["name"] for channel in self.soakd.get("run", run=run, unit=SERIAL)["streams"][0]["channels"]]
         return {"unit": SERIAL, "campaign": "campaign", "run": run, "channel": channels[:2], "stream": "imu", "from_s": 1, "to_s": 1e6, "points": 10,
                 "after_s": 0, "after": -5, "file": "app.mjs", "type": "generic", "kind": "run_added", "subject": SERIAL, "user": "Eva",
-                "from_utc_s": 0, "to_utc_s": 4e9, "before": 10 ** 6, "most": 10, "version": 1, "format": "json", "simulated": "true"}
+                "from_utc_s": 0, "to_utc_s": 4e9, "before": 10 ** 6, "most": 10, "version": 1, "format": "json", "simulated": "true", "about": SERIAL, "routine": "false",
+                "record_id": self.soakd.get("references")["references"][0]["record_id"]}
 
     # ---- the document
 
@@ -255,7 +257,7 @@ class OpenApi(unittest.TestCase):
         run = self.example_values()["run"]
         values = {"campaign": "verification", "procedure_text": "x = 1", "procedure_file": "a.toml", "units": {}, "prompt": 1, "reason": "test", "run": run, "unit": SERIAL,
                   "visit": 0, "position": "+X", "attempt": 0, "kind": "export", "format": "blob", "model": 1, "simulated": True, "id": 10 ** 6, "user": "Eva", "type": "generic", "record_id": run, "name": "level 1", "certificate": "L-7", "issued": "2026-01-01",
-                  "due": "2099-01-01", "uncertainty": 0.01, "k": 2, "correction": 0.0, "effects": [], "sign": False, "comment": "Laboratory 1", "from": "verification.toml", "set_points_c": [0, 20], "runs": 2, "dwell_s": 60, "minimum_soak_s": 60, "draft": True}
+                  "due": "2099-01-01", "uncertainty": 0.01, "k": 2, "correction": 0.0, "effects": [], "sign": False, "accel_id": 1310988, "gyro_id": 77, "comment": "Laboratory 1", "from": "verification.toml", "set_points_c": [0, 20], "runs": 2, "dwell_s": 60, "minimum_soak_s": 60, "draft": True}
         for (method, path), operation in OPERATIONS.items():
             if method != "POST":
                 continue

@@ -167,6 +167,17 @@ class AfterABreak(StationTest):
 
 
 class Alarms(StationTest):
+    def test_on_a_wall_screen_what_matters_is_read_from_three_metres(self):
+        self.browser.resize(1920, 1080)
+        self.addCleanup(self.browser.resize, 1280, 900)
+        self.station.set("/units/0/attitude", attitude("+Y", "+X", False))
+        self.open()
+        self.browser.wait("return document.querySelector('#alert-list .action')")
+        sizes = self.browser.run("""return ['#step-text', '#finish', '#door-title', '#alert-list strong', '#alert-list .action'].map((name) => [name, parseFloat(getComputedStyle(document.querySelector(name)).fontSize)])""")
+        for name, pixels in sizes:
+            self.assertGreaterEqual(pixels, 40, name)  # 2.5 rem
+        self.assertLessEqual(self.browser.run("return document.documentElement.scrollWidth"), 1920)
+
     def test_a_silent_chamber_is_an_alarm_that_says_what_to_do(self):
         self.open()
         self.hidden("#alerts")

@@ -142,7 +142,7 @@ class Report(unittest.TestCase):
         self.assertEqual(len(remains["captions"]), 6)
         for sensor, caption in zip(SENSORS, remains["captions"]):
             self.assertIn(sensor, caption)
-            self.assertRegex(caption, r"deg/s.*°C|m/s².*°C")
+            self.assertRegex(caption, r"°/s.*°C|m/s².*°C")
 
     @long_test
     def test_axes_have_round_numbers_inside(self):

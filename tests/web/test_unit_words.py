@@ -19,6 +19,7 @@ FILLED_IN = {
     "runs of campaign '{}' were withdrawn after it was verified against them: verify it again": ("week-1",),
     "{} was due on {}: record with a newer certificate and fit again": ("chamber_probe 'PT-7' (certificate K-12)", "2026-11-26"),
     "it is withdrawn: fit again": (),
+    "a verification on {}, after its release, said {}: release it again ('soak release --unit {}')": ("2026-11-26", "fail", "SN1"),
     "it belongs to epoch {}, the unit is in epoch {}: fit again": ("1", "2"),
 }
 # Warnings that become one, with the sentences that stand in their braces.
@@ -183,6 +184,27 @@ class Words(BrowserTest):
         (following, why) = told({**unit, "release": {"obstacles": ["it was never verified: 'soak verify'"], "expires": None}})
         self.assertEqual((following["kind"], why), ("verify", "Model 1 has not been verified here."))
 
+    def test_a_model_that_failed_after_its_release_is_to_be_released_again(self):
+        self.browser.go(self.soakd.url)
+        again = "a verification on 2026-11-26, after its release, said fail: release it again ('soak release --unit SN1')"
+
+        def told(obstacles):
+            return self.browser.run("""const [obstacles] = arguments; return import('/text.mjs').then(({ textsOf }) => textsOf('units')).then(() => import('/unit_words.mjs'))
+                .then(({ isToReleaseAgain }) => isToReleaseAgain({ obstacles }))""", obstacles)
+        self.assertEqual([told(list) for list in ([again], [again, "it is withdrawn: fit again"], ["it is withdrawn: fit again"], [])], [True, False, False, False])
+
+    def test_the_largest_difference_of_two_curves_is_where_they_share_a_temperature(self):
+        self.browser.go(self.soakd.url)
+
+        def told(newest, older):
+            curve = [[{"temp_c": t, "bias": bias, "ci95": ci95} for t, bias, ci95 in points] for points in (newest, older)]
+            return self.browser.run("""const [newest, older] = arguments[0]; return import('/text.mjs').then(({ textsOf }) => textsOf('units')).then(() => import('/curve_words.mjs'))
+                .then(({ differenceText }) => [differenceText(newest, older, ['bias', 'ci95'], '°/s'), differenceText(newest, older, ['scale_ppm', 'scale_ci95_ppm'], 'ppm')])""", curve)
+        apart = told([(-10, 0.5, 0.01), (0, 0.1, 0.01), (20, 0.3, 0.02)], [(-5, 0.0, 0.03), (5, 0.02, 0.03), (25, 0.2, 0.05)])
+        # Of the second curve 0.01 at 0 °C and 0.155 at 20 °C, on straight lines between its points; −10 °C it does not reach.
+        self.assertEqual(apart, ["Largest difference between the two: +0.145 °/s at 20 °C, where the wider 95 % band is ±0.045 °/s.", ""])
+        self.assertEqual(told([(0, 1.0, 0.1)], [(10, 1.0, 0.1)])[0], "The two curves have no temperature in common.")
+
     def test_a_file_and_a_verdict_from_before_a_repair_or_a_void_are_told_to_be_void(self):
         self.browser.go(self.soakd.url)
         job = {"id": 1, "unit": "SN1", "state": "done", "started_utc_s": 1000.0, "result": {"model": 1, "verdict": "pass"}}
@@ -266,7 +288,10 @@ class Words(BrowserTest):
               [...box.querySelectorAll('tbody tr')].map((row) => [...row.cells].map((cell) => cell.textContent))]; });""", unit)
         self.assertEqual(curves, [["accel_x", True], ["accel_x", False], ["gyro_x", False]])
         self.assertTrue(told.endswith("Nearest to its limit: accel x, scale, 480 ± 60 ppm at 56 °C, limit 500 ppm."), told)
-        self.assertEqual(rows[1], ["accel x", "0.018", "±0.0050", "0.030", "m/s²", "−4", "PASS"])
+        sensors["accel_x"]["scale"]["worst_abs"] = 560.0
+        beyond = self.browser.run("const [unit] = arguments; return import('/unit_words.mjs').then((words) => words.verdictText(unit)[0])", unit)
+        self.assertTrue(beyond.endswith("Farthest beyond its limit: accel x, scale, 560 ± 60 ppm at 56 °C, limit 500 ppm."), beyond)
+        self.assertEqual(rows[1], ["accel x", "0.0183", "±0.0050", "0.030", "m/s²", "−4", "PASS"])
 
     def test_what_accepted_effects_close_is_held_against_what_was_expected(self):
         self.browser.go(self.soakd.url)
@@ -312,7 +337,7 @@ class Words(BrowserTest):
 
     def test_every_obstacle_to_a_release_is_told_in_the_language_of_the_page(self):
         texts = sorted(obstacles_of_the_rule())
-        self.assertEqual(len(texts), 18)
+        self.assertEqual(len(texts), 19)
         for language in ("en", "de"):
             for text, parts in zip(texts, self.obstacles(language, *texts)):
                 with self.subTest(text, language=language):

@@ -288,6 +288,26 @@ class Page(BrowserTest, WithStation):
         self.assertEqual(refused.exception.code, 400)
         self.assertIn("no model yet", json.loads(refused.exception.read())["error"]["message"])
 
+    def px4_says_what_its_cubic_loses(self):
+        self.browser.run("const s = document.querySelector('#unit-format'); s.value = 'px4'; s.dispatchEvent(new Event('change'));")
+        self.see("#unit-ids-none", "Without it the parameters do nothing")
+        self.browser.type("#unit-ids", "12,x")
+        self.click("#unit-export")
+        self.see("#job-failure", "one or two whole numbers")
+        self.browser.run("document.querySelector('#unit-ids').value = arguments[0]", "1310988, 77")
+        self.click("#unit-export")
+        self.click("#sure-send")
+        self.see("#unit-jobs li:first-child", "as PX4 parameters")
+        self.browser.wait("return document.querySelector('#unit-jobs li:first-child details')")
+        [job] = [job for job in self.soakd.get("jobs")["jobs"] if job["format"] == "px4"]
+        most = max(round(100 * loss["beyond_ci95"]) for loss in job["result"]["cubic"].values())
+        self.see("#unit-jobs li:first-child summary", f"leaves the 95 % band of the curve in up to {most} % of the range" if most else "The cubic")
+        self.assertEqual(self.browser.run("return document.querySelectorAll('#unit-jobs li:first-child tbody tr').length"), 6)
+        content = urllib.request.urlopen(f"{self.soakd.url}api/v1/job/file?id={job['id']}").read().decode()
+        self.assertIn("TC_A0_ID\t1310988", content)
+        self.assertIn("TC_G0_ID\t77", content)
+        self.assertNotIn("No device id was given", content)
+
     def test_a_unit_is_fitted_judged_and_handed_over_by_clicks(self):
         self.browser.go(self.soakd.url)
         loaded = self.browser.run("return performance.getEntriesByType('resource').map(({ name }) => name)")
@@ -335,12 +355,15 @@ class Page(BrowserTest, WithStation):
         for form, name in (("blob", "SIM-0001.unreleased.soakcal"), ("c", "SIM-0001.unreleased.h")):
             self.browser.run("const s = document.querySelector('#unit-format'); s.value = arguments[0];", form)
             self.click("#unit-export")
+            self.see("#sure-title", "Export model 1, which is not released?")
+            self.click("#sure-send")
             self.browser.wait("return document.querySelector(arguments[0])", f"#unit-jobs a[download='{name}']")
             self.browser.click(f"#unit-jobs a[download='{name}']")
             content = self.browser.downloaded(name)
             path = self.soakd.folder / name
             self.soakd.soak("export", "--unreleased", "--unit", SERIAL, "--format", form, "--simulated", "-o", path)
             self.assertEqual(content, path.read_bytes())
+        self.px4_says_what_its_cubic_loses()
         self.see("#unit-next", "Release it.")
         self.see("#unit-jobs li:first-child", "Made from model 1.")
         self.click("#unit-release")
@@ -498,6 +521,11 @@ class Page(BrowserTest, WithStation):
         self.browser.wait("return document.querySelectorAll('#unit-curves figure[data-shows=bias] svg .line.older').length === 6")
         self.assertEqual(self.browser.run("return document.querySelectorAll('#unit-curves figure[data-shows=bias] svg .band.older').length"), 6)
         self.see("#unit-curves .sensor .legend", f"model {older['model']['version']}")
+        curves = [model["sensors"]["accel_x"]["curve"] for model in (newest, older["model"])]
+        if [point["temp_c"] for point in curves[0]] == [point["temp_c"] for point in curves[1]]:
+            most = max(zip(*curves), key=lambda pair: abs(pair[0]["bias"] - pair[1]["bias"]))
+            self.see("#unit-sensors .difference", f" m/s² at {most[0]['temp_c']:.0f} °C".replace("-", "−"))
+        self.see("#unit-sensors .difference", "Bias: Largest difference between the two: ")
         ways = self.browser.run("""return ['.line.curve', '.line.older'].map((style) =>
             document.querySelector(`#unit-sensors > :nth-child(1) svg ${style}`).getAttribute('d').slice(1).split('L').map((p) => p.split(' ').map(Number)))""")
         drawn = [[point for point in model["sensors"]["accel_x"]["curve"]] for model in (newest, older["model"])]

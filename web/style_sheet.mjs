@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+// Style sheets that the first view of the page does without.
+
+import { element } from "./dom.mjs";
+
+/**
+ * Once it is there, or cannot be had: what is shown then is plain, but is shown.
+ * @param {string} href
+ * @returns {Promise<unknown>}
+ */
+export function styled(href) {
+  const link = Object.assign(/** @type {HTMLLinkElement} */ (element("link", "")), { rel: "stylesheet", href });
+  const end = new Promise((done) => ["load", "error"].forEach((kind) => link.addEventListener(kind, done)));
+  document.head.append(link);
+  return end;
+}
