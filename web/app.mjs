@@ -28,6 +28,7 @@ const heedful = []; // views that follow what is recorded, once their modules ar
 let status = null;
 let plan = null;
 let planOf = null; // which campaign the plan is of
+let planAsked = null; // campaign and run that it was asked for last
 let heardAt = null;
 let newestLog = 0;
 let chartCampaign = null; // which campaign the chart shows
@@ -80,7 +81,7 @@ function takeStatus(document) {
     confirmedItself = status.prompt.id;
     confirm({ itself: true });
   }
-  if (campaign !== planOf) loadPlan(campaign);
+  loadPlan(campaign);
   if (campaign !== chartCampaign || status.clock.process_s < (chart.last_s ?? 0)) {
     chartCampaign = campaign;
     loadHistory();
@@ -100,11 +101,16 @@ function render() {
   show($("noise"), status.units.length > 0);
 }
 
+/** Only the steps of the present run: all those of twenty runs weigh more than everything else together. */
 async function loadPlan(campaign) {
+  const run = (status.campaign?.run ?? 1) - 1;
+  const asked = `${campaign} ${run}`;
+  if (asked === planAsked) return;
+  planAsked = asked;
   planOf = campaign;
-  plan = null;
   try {
-    plan = campaign ? await get("plan") : null;
+    const found = campaign ? await get(`plan?of_run=${run}`) : null;
+    if (asked === planAsked) plan = found;
   } catch (error) {
     console.warn("no plan:", error.message); // the station's own words for the step remain
   }

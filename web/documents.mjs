@@ -102,6 +102,8 @@
  * @property {{name: string, runs: number, set_points_c: number[], positions: string[], dwell_s: number, end_c: number}} procedure
  * @property {{label: string, preflight: boolean, first_step: number, last_step: number}[]} runs
  * @property {Step[]} steps
+ * @property {number} [first_step] number of the first of `steps`, where they are those of one run only
+ * @property {number} [later_s] what the steps of later runs are expected to take, likewise
  * @property {number} estimate_s
  */
 

@@ -3,7 +3,7 @@
 
 import { number, setTemperature, shortDuration, timeOfDay } from "./format.mjs";
 import { T } from "./text.mjs";
-import { isActive, nextBegins, nextBeginsByItself, now_s, waitsByItself } from "./words.mjs";
+import { isActive, nextBegins, nextBeginsByItself, now_s, stepAt, timeFrom_s, waitsByItself } from "./words.mjs";
 
 /** °C above the dew point from which the station itself calls a unit dry (docs/campaigns.md, the safe state). */
 const DRY_MARGIN_K = 2;
@@ -33,8 +33,7 @@ function extremes({ chamber, units }) {
  */
 function beginsIn_s({ campaign, clock, state }, plan, step) {
   if (!["preflight", "running"].includes(state) || campaign.on_way_back) return null;
-  const from_s = plan.steps.slice(step).reduce((sum, { estimate_s }) => sum + estimate_s, 0);
-  const left_s = campaign.remaining_s - from_s;
+  const left_s = campaign.remaining_s - timeFrom_s(plan, step);
   return left_s > 0 ? left_s / clock.rate : null;
 }
 
@@ -45,6 +44,18 @@ function plannedText(status, plan, step, words) {
 }
 
 /**
+ * Number of the first step from the present one on, of the same run, that is as asked; -1 where there is none.
+ * @param {{step: number}} campaign
+ * @param {import("./documents.mjs").Plan} plan
+ * @param {(step: import("./documents.mjs").Step, number: number) => boolean} isIt
+ */
+function stepToCome({ step: present }, plan, isIt) {
+  const run = stepAt(plan, present)?.run;
+  for (let number = present, step; (step = stepAt(plan, number)) && step.run === run; ++number) if (isIt(step, number)) return number;
+  return -1;
+}
+
+/**
  * When the units are warm at the end of this run. Only after the last one the door may be opened without a pause.
  * @param {import("./documents.mjs").Status} status
  * @param {import("./documents.mjs").Plan | null} plan
@@ -52,9 +63,8 @@ function plannedText(status, plan, step, words) {
 function endOfRunText(status, plan) {
   const { campaign } = status;
   if (!campaign || !plan) return "";
-  const { run } = plan.steps[campaign.step] ?? {};
-  const end = plan.steps.findIndex((step, i) => i >= campaign.step && step.run === run && step.kind === "warm_end");
-  const isLast = plan.steps.every((step) => step.run <= run);
+  const end = stepToCome(campaign, plan, ({ kind }) => kind === "warm_end");
+  const isLast = stepAt(plan, campaign.step)?.run === plan.runs.length - 1;
   return plannedText(status, plan, end < 0 ? -1 : end + 1, isLast ? T.door.later : T.door.betweenRuns);
 }
 
@@ -78,9 +88,8 @@ function opensText(status, plan) {
   const { campaign, chamber } = status;
   if (status.state === "paused") return chamber.set_point_c !== null && isSafe(chamber.set_point_c) ? T.door.waitHere : T.door.pausedHere;
   if (!campaign || !plan) return turnsText(status);
-  const { run } = plan.steps[campaign.step] ?? {};
-  const plateau = plan.steps.findIndex((step, i) => i > campaign.step && step.run === run && step.kind === "record" && isSafe(step.temp_c));
-  const temp = plateau < 0 ? "" : setTemperature(plan.steps[plateau].temp_c);
+  const plateau = stepToCome(campaign, plan, ({ kind, temp_c }, number) => number > campaign.step && kind === "record" && isSafe(temp_c));
+  const temp = plateau < 0 ? "" : setTemperature(stepAt(plan, plateau).temp_c);
   const planned = plannedText(status, plan, plateau, (time, span) => T.door.pauseAt(temp, time, span));
   return `${turnsText(status)}${planned || unplannedText(status, temp)}${endOfRunText(status, plan)}`;
 }

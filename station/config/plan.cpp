@@ -111,4 +111,25 @@ nlohmann::json plan_document(const Plan& plan) {
           {"estimate_s", plan.estimate_s()}};
 }
 
+base::Result<nlohmann::json> plan_of_run(const nlohmann::json& document, std::int64_t run) {
+  const nlohmann::json& runs = document.at("runs");
+  if (run < 0 || run >= std::ssize(runs)) {
+    return base::bad_input(fmt::format("the plan has {} runs, numbered from 0: there is no {}", runs.size(), run),
+                           "of_run");
+  }
+  const nlohmann::json& asked = runs.at(static_cast<std::size_t>(run));
+  const auto first = asked.at("first_step").get<std::ptrdiff_t>();
+  const auto end = asked.at("last_step").get<std::ptrdiff_t>() + 1;
+  const nlohmann::json& steps = document.at("steps");
+  const double later_s =
+      std::accumulate(steps.begin() + end, steps.end(), 0.0,
+                      [](double sum, const nlohmann::json& step) { return sum + step.at("estimate_s").get<double>(); });
+  return nlohmann::json{{"procedure", document.at("procedure")},
+                        {"runs", runs},
+                        {"steps", nlohmann::json::array_t(steps.begin() + first, steps.begin() + end)},
+                        {"first_step", first},
+                        {"later_s", later_s},
+                        {"estimate_s", document.at("estimate_s")}};
+}
+
 }  // namespace soak::station

@@ -494,5 +494,30 @@ TEST(Plan, TheDocumentHoldsEveryStep) {
   EXPECT_EQ(document["estimate_s"], plan.estimate_s());
 }
 
+TEST(Plan, TheDocumentOfOneRunHasItsStepsAndTheTimeOfThoseAfterIt) {
+  Procedure p = two_positions();
+  p.runs = 3;
+  p.preflight_position_s = 20.0;
+  const Plan plan = compile_plan(p);
+  const nlohmann::json document = plan_document(plan);
+  ASSERT_EQ(plan.runs.size(), 4U);
+  for (std::size_t run = 0; run < plan.runs.size(); ++run) {
+    const auto part = plan_of_run(document, static_cast<std::int64_t>(run));
+    ASSERT_TRUE(part);
+    EXPECT_EQ((*part)["first_step"], plan.runs[run].first_step);
+    ASSERT_EQ((*part)["steps"].size(), plan.runs[run].last_step - plan.runs[run].first_step + 1);
+    for (std::size_t i = 0; i < (*part)["steps"].size(); ++i) {
+      EXPECT_EQ((*part)["steps"][i], document["steps"][plan.runs[run].first_step + i]);
+    }
+    EXPECT_DOUBLE_EQ((*part)["later_s"].get<double>(), plan.remaining_s(plan.runs[run].last_step + 1));
+    for (const char* key : {"procedure", "runs", "estimate_s"}) EXPECT_EQ((*part)[key], document[key]);
+  }
+  for (const std::int64_t run : {-1, 4}) {
+    const auto refused = plan_of_run(document, run);
+    ASSERT_FALSE(refused);
+    EXPECT_EQ(refused.error().where, "of_run");
+  }
+}
+
 }  // namespace
 }  // namespace soak::station

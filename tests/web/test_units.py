@@ -460,7 +460,7 @@ class Page(BrowserTest, WithStation):
           };
           const ask = window.fetch;
           const plan = { procedure: {}, runs: [true, false, false, false].map((preflight) => ({ preflight })), steps: [], estimate_s: 1 };
-          window.fetch = (path, ...more) => (String(path).endsWith("/plan") && window.campaign ? Promise.resolve(new Response(JSON.stringify(plan), { headers: { "Content-Type": "application/json" } })) : ask(path, ...more));
+          window.fetch = (path, ...more) => (String(path).includes("/plan?") && window.campaign ? Promise.resolve(new Response(JSON.stringify(plan), { headers: { "Content-Type": "application/json" } })) : ask(path, ...more));
         """
         added = self.browser.devtools("Page.addScriptToEvaluateOnNewDocument", source=script)
         self.addCleanup(self.browser.devtools, "Page.removeScriptToEvaluateOnNewDocument", **added)
