@@ -124,6 +124,11 @@ std::optional<Refusal> AccessApi::sign(const httplib::Request& request, Role nee
   return std::nullopt;
 }
 
+std::string AccessApi::account_of(const httplib::Request& request) {
+  const auto caller = gate_ ? gate_->caller(shown_by(request)) : std::nullopt;
+  return caller ? caller->name : "";
+}
+
 std::function<bool()> AccessApi::watch(const httplib::Request& request) {
   if (!gate_) return [] { return true; };
   return [this, shown = shown_by(request)] { return gate_->caller(shown).has_value(); };

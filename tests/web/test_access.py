@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """An attacker at a station that others may reach, before a real `soakd` ($SOAK_BIN_FOLDER): without an account, with somebody else's
 role, cookie or page, with many passwords, with slow or wrong TLS, with names that are meant to do harm."""
+import contextlib
 import hashlib
 import json
 import pathlib
 import re
+import socket
 import ssl
 import subprocess
 import sys
@@ -45,6 +47,10 @@ class Attacker(unittest.TestCase):
         cls.addClassCleanup(cls.station.close)
         cls.stalled = cls.station.bare()  # begins a handshake and never goes on
         cls.stalled.sendall(b"\x16")
+
+    def setUp(self):
+        self.open = []  # event streams
+        self.addCleanup(self.leave_streams)
 
     def abort(self, **headers):
         """What an abort is answered; no campaign runs, so one that is carried out is told so (409)."""
@@ -175,6 +181,42 @@ class Attacker(unittest.TestCase):
             read_all(stream)  # ends; a stream that goes on runs into the time-out
         self.assertEqual(self.station.ask("GET", "/api/v1/status", headers={"Cookie": cookie})[0], 401)
         self.assertEqual(self.station.post("campaign/abort", ABORT, cookie)[0], 401)
+
+    def leave_streams(self):
+        """Until the station has noticed: other tests count theirs."""
+        for stream in self.open:
+            with contextlib.suppress(OSError):  # refused, and closed by the station already
+                stream.shutdown(socket.SHUT_WR)
+        for stream in self.open:
+            read_all(stream)
+            stream.close()
+        self.open.clear()
+
+    def watch(self, cookie, source="127.0.0.1"):
+        """Asks for an event stream; the status of the answer."""
+        bare = socket.create_connection(("127.0.0.1", self.station.port), timeout=60, source_address=(source, 0))
+        stream = self.station.trust().wrap_socket(bare, server_hostname="localhost")
+        self.open.append(stream)
+        stream.sendall(f"GET /api/v1/events HTTP/1.1\r\nHost: localhost:{self.station.port}\r\nCookie: {cookie}\r\n\r\n".encode())
+        return int(stream.recv(65536).split()[1])
+
+    def test_one_account_does_not_take_all_event_streams_from_many_addresses_and_sessions(self):
+        sessions = [self.station.cookie("vera") for _ in range(3)]
+        answers = [self.watch(sessions[i % 3], f"127.0.0.{20 + i}") for i in range(24)]
+        self.assertEqual(answers, [200] * 20 + [429] * 4)
+        token = self.station.token("vera", "streams")
+        status, _, body = self.station.ask("GET", "/api/v1/events", headers={"Authorization": f"Bearer {token}"})
+        self.assertEqual((status, json.loads(body)["error"]["where"]), (429, "streams"))
+        self.assertEqual(self.watch(self.station.cookie("eva")), 200, "others still watch")
+        self.leave_streams()
+        self.assertEqual(self.watch(sessions[0]), 200, "a place that is free again is given")
+
+    def test_one_address_does_not_take_all_event_streams_with_many_accounts(self):
+        cookies = [self.station.cookie(name) for name in ROLES]
+        self.assertGreater(len(cookies) * 15, 40)
+        answers = [self.watch(cookie, "127.0.0.9") for cookie in cookies for _ in range(15)]
+        self.assertEqual((answers.count(200), answers.count(429)), (40, 5))
+        self.assertEqual(self.watch(cookies[0], "127.0.0.10"), 200, "from elsewhere one still watches")
 
     def test_a_new_log_in_ends_the_session_of_before_in_the_same_browser(self):
         before = self.station.cookie("otto")
