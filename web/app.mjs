@@ -14,6 +14,7 @@ import { StartForm } from "./start_form.mjs";
 import { StoredCard } from "./stored_card.mjs";
 import { connectLanguage, T, textsOf } from "./text.mjs";
 import { connectViews } from "./views.mjs";
+import { stepAt } from "./words.mjs";
 
 const HEAD_MARGIN_PX = 8; // between the head and what is scrolled to
 const LOG_LINES = 100;
@@ -28,7 +29,7 @@ const heedful = []; // views that follow what is recorded, once their modules ar
 let status = null;
 let plan = null;
 let planOf = null; // which campaign the plan is of
-let planAsked = null; // campaign and run that it was asked for last
+let planAsked = null; // campaign and step that it was asked for last
 let heardAt = null;
 let newestLog = 0;
 let chartCampaign = null; // which campaign the chart shows
@@ -101,15 +102,15 @@ function render() {
   show($("noise"), status.units.length > 0);
 }
 
-/** Only the steps of the present run: all those of twenty runs weigh more than everything else together. */
+/** Only the steps around the present one, whenever that is not among them: all those of twenty runs weigh more than everything else together. */
 async function loadPlan(campaign) {
-  const run = (status.campaign?.run ?? 1) - 1;
-  const asked = `${campaign} ${run}`;
-  if (asked === planAsked) return;
+  const step = Math.min(status.campaign?.step ?? 0, (status.campaign?.steps ?? 1) - 1); // at the end it is beyond the last
+  const asked = `${campaign} ${step}`;
+  if (asked === planAsked || (campaign === planOf && plan !== null && stepAt(plan, step))) return;
   planAsked = asked;
   planOf = campaign;
   try {
-    const found = campaign ? await get(`plan?of_run=${run}`) : null;
+    const found = campaign ? await get(`plan?around=${step}`) : null;
     if (asked === planAsked) plan = found;
   } catch (error) {
     console.warn("no plan:", error.message); // the station's own words for the step remain

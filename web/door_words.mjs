@@ -27,32 +27,19 @@ function extremes({ chamber, units }) {
 }
 
 /**
- * Host seconds until a step of the plan begins; null where it is late already, or the campaign does not go on now.
+ * Host seconds until no more than `left_s` of the plan is left; null where it is late already, or the campaign does not go on now.
  * @param {import("./documents.mjs").Status} status
- * @param {import("./documents.mjs").Plan} plan
  */
-function beginsIn_s({ campaign, clock, state }, plan, step) {
+function comesIn_s({ campaign, clock, state }, left_s) {
   if (!["preflight", "running"].includes(state) || campaign.on_way_back) return null;
-  const left_s = campaign.remaining_s - timeFrom_s(plan, step);
-  return left_s > 0 ? left_s / clock.rate : null;
+  const in_s = campaign.remaining_s - left_s;
+  return in_s > 0 ? in_s / clock.rate : null;
 }
 
-/** The same as words in a sentence: `words(time of day, span)`; "" where nothing is planned. */
-function plannedText(status, plan, step, words) {
-  const in_s = step < 0 ? null : beginsIn_s(status, plan, step);
+/** The same as words in a sentence: `words(time of day, span)`; "" where nothing is planned (`left_s` null). */
+function plannedText(status, left_s, words) {
+  const in_s = left_s === null ? null : comesIn_s(status, left_s);
   return in_s === null ? "" : words(timeOfDay(now_s(status) + in_s, now_s(status)), shortDuration(in_s));
-}
-
-/**
- * Number of the first step from the present one on, of the same run, that is as asked; -1 where there is none.
- * @param {{step: number}} campaign
- * @param {import("./documents.mjs").Plan} plan
- * @param {(step: import("./documents.mjs").Step, number: number) => boolean} isIt
- */
-function stepToCome({ step: present }, plan, isIt) {
-  const run = stepAt(plan, present)?.run;
-  for (let number = present, step; (step = stepAt(plan, number)) && step.run === run; ++number) if (isIt(step, number)) return number;
-  return -1;
 }
 
 /**
@@ -62,10 +49,24 @@ function stepToCome({ step: present }, plan, isIt) {
  */
 function endOfRunText(status, plan) {
   const { campaign } = status;
-  if (!campaign || !plan) return "";
-  const end = stepToCome(campaign, plan, ({ kind }) => kind === "warm_end");
-  const isLast = stepAt(plan, campaign.step)?.run === plan.runs.length - 1;
-  return plannedText(status, plan, end < 0 ? -1 : end + 1, isLast ? T.door.later : T.door.betweenRuns);
+  const step = campaign && plan && stepAt(plan, campaign.step);
+  if (!step) return "";
+  const isToCome = plan.warm_end !== null && plan.warm_end.step >= campaign.step;
+  return plannedText(status, isToCome ? plan.warm_end.after_s : null, step.run === plan.runs.length - 1 ? T.door.later : T.door.betweenRuns);
+}
+
+/**
+ * The next recording of this run at a temperature that `isSafe`: {temp_c, left_s}; undefined where there is none.
+ * @param {{step: number}} campaign
+ * @param {import("./documents.mjs").Plan} plan
+ * @param {(temp_c: number) => boolean} isSafe
+ */
+function nextRecording({ step: present }, plan, isSafe) {
+  if (!stepAt(plan, present)) return undefined;
+  for (let number = present + 1, step; (step = stepAt(plan, number)); ++number) {
+    if (step.kind === "record" && isSafe(step.temp_c)) return { temp_c: step.temp_c, left_s: timeFrom_s(plan, number) };
+  }
+  return plan.plateaus.find(({ step, temp_c }) => step !== null && step > present && isSafe(temp_c));
 }
 
 /** Which plateau it will be, where the plan cannot say when. On the way back it is not known what comes: that plateau may be behind it. */
@@ -88,9 +89,9 @@ function opensText(status, plan) {
   const { campaign, chamber } = status;
   if (status.state === "paused") return chamber.set_point_c !== null && isSafe(chamber.set_point_c) ? T.door.waitHere : T.door.pausedHere;
   if (!campaign || !plan) return turnsText(status);
-  const plateau = stepToCome(campaign, plan, ({ kind, temp_c }, number) => number > campaign.step && kind === "record" && isSafe(temp_c));
-  const temp = plateau < 0 ? "" : setTemperature(stepAt(plan, plateau).temp_c);
-  const planned = plannedText(status, plan, plateau, (time, span) => T.door.pauseAt(temp, time, span));
+  const next = nextRecording(campaign, plan, isSafe);
+  const temp = next ? setTemperature(next.temp_c) : "";
+  const planned = plannedText(status, next?.left_s ?? null, (time, span) => T.door.pauseAt(temp, time, span));
   return `${turnsText(status)}${planned || unplannedText(status, temp)}${endOfRunText(status, plan)}`;
 }
 

@@ -79,23 +79,23 @@ export function runOf(campaign, plan) {
 /** "−20 °C (1 of 5)" of the plateau that the step belongs to, or null. */
 function plateauText(step, plan) {
   if (step.visit === null) return null;
-  const visits = [...new Set(plan.steps.filter((s) => s.run === step.run && s.visit !== null).map((s) => s.visit))];
+  const visits = plan.plateaus.map(({ visit }) => visit);
   return T.steps.plateau(setTemperature(step.temp_c), visits.indexOf(step.visit) + 1, visits.length);
 }
 
 /**
- * A step by its number in the whole plan; undefined where the steps that the page has are of another run.
+ * A step by its number in the whole plan; undefined where the page has not got it.
  * @param {import("./documents.mjs").Plan} plan
  * @returns {import("./documents.mjs").Step | undefined}
  */
-export const stepAt = (plan, number) => plan.steps[number - (plan.first_step ?? 0)];
+export const stepAt = (plan, number) => plan.steps[number - plan.first_step];
 
 /**
- * What is expected of the steps from that number on, in process time.
+ * What is expected of the steps from that number on, which the page has got, in process time.
  * @param {import("./documents.mjs").Plan} plan
  */
 export const timeFrom_s = (plan, number) =>
-  plan.steps.slice(number - (plan.first_step ?? 0)).reduce((sum, { estimate_s }) => sum + estimate_s, plan.later_s ?? 0);
+  plan.steps.slice(number - plan.first_step).reduce((sum, { estimate_s }) => sum + estimate_s, plan.later_s);
 
 /**
  * The fixture position that the step is about: its own, else that of the last move.

@@ -18,11 +18,11 @@ using Parameter = std::optional<std::string>;
 
 Result<json> answer_status(StationService& lab, const Parameter&, std::int64_t) { return lab.status(); }
 
-Result<json> answer_plan(StationService& lab, const Parameter& run, std::int64_t) {
-  if (!run) return lab.plan(std::nullopt);
-  const auto number = base::parse_int(*run);
-  if (!number || *number < 0) return base::bad_input("'" + *run + "' is not the number of a run", "of_run");
-  return lab.plan(*number);
+Result<json> answer_plan(StationService& lab, const Parameter& around, std::int64_t) {
+  if (!around) return lab.plan(std::nullopt);
+  const auto step = base::parse_int(*around);
+  if (!step || *step < 0) return base::bad_input("'" + *around + "' is not the number of a step", "around");
+  return lab.plan(*step);
 }
 
 Result<json> answer_history(StationService& lab, const Parameter& after_s, std::int64_t) {
@@ -161,7 +161,7 @@ Result<json> do_confirm(StationService& lab, const json& body) {
 
 const std::vector<ApiQuestion>& api_questions() {
   static const std::vector<ApiQuestion> questions = {{"status", "", answer_status},
-                                                     {"plan", "of_run", answer_plan},
+                                                     {"plan", "around", answer_plan},
                                                      {"history", "after_s", answer_history},
                                                      {"stored", "", answer_stored},
                                                      {"noise", "unit", answer_noise},

@@ -254,10 +254,10 @@ json Engine::status() const {
   return status_;
 }
 
-base::Result<json> Engine::plan(std::optional<std::int64_t> run) const {
+base::Result<json> Engine::plan(std::optional<std::int64_t> around) const {
   const std::lock_guard lock(status_mutex_);
-  if (!run || plan_document_.is_null()) return plan_document_;
-  return plan_of_run(plan_document_, *run);
+  if (!around || plan_document_.is_null()) return plan_document_;
+  return plan_around(plan_document_, *around);
 }
 
 base::Result<json> Engine::noise(const std::string& unit) const {

@@ -205,10 +205,10 @@ class ScriptedStation : public StationService {
     const std::lock_guard lock(mutex_);
     return version_;
   }
-  base::Result<json> plan(std::optional<std::int64_t> run) const override {
+  base::Result<json> plan(std::optional<std::int64_t> around) const override {
     const std::lock_guard lock(mutex_);
-    if (!run || plan_.is_null()) return plan_;
-    return plan_of_run(plan_, *run);
+    if (!around || plan_.is_null()) return plan_;
+    return plan_around(plan_, *around);
   }
   base::Result<json> stored() override {
     const std::lock_guard lock(mutex_);
