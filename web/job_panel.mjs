@@ -5,7 +5,7 @@ import { get, looksForJobs, post } from "./api.mjs";
 import { $, element, say, show, tell } from "./dom.mjs";
 import { fileLink } from "./file_link.mjs";
 import { clock } from "./format.mjs";
-import { endedText, isVerdictVoid, madeFrom, runningText, verbOf, voidOf } from "./job_words.mjs";
+import { endedText, isVerdictVoid, madeFrom, runningText, showShare, verbOf, voidOf } from "./job_words.mjs";
 import { obstacleParts } from "./obstacle_words.mjs";
 import { badge } from "./runs_view.mjs";
 import { campaignToVerifyWith, isBeingChecked, nextOf, U, verdictOf } from "./unit_words.mjs";
@@ -267,7 +267,9 @@ export class JobPanel {
     // What has the focus goes away: the keyboard goes on from the jobs' title.
     if (job === null && $("job-running").contains(document.activeElement)) $("unit-work-title").focus();
     show($("job-running"), job !== null);
-    if (job) say($("job-running-text"), runningText(job, Date.now() / 1000));
+    if (job === null) return;
+    say($("job-running-text"), runningText(job, Date.now() / 1000));
+    showShare($("job-progress"), job);
   }
 }
 

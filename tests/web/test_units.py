@@ -423,6 +423,7 @@ class Page(BrowserTest, WithStation):
         self.click("#unit-fit")
         self.soakd.held_child()
         self.see("#job-running-text", f"Fitting: unit {OTHER}, all runs for calibration; for ")
+        self.assertTrue(self.browser.run("return document.querySelector('#job-progress').checkVisibility()"))
         self.click("#unit-cancel")
         self.see("#unit-jobs li", "cancelled by")
         self.assertTrue(self.browser.run("return document.querySelector('#job-running').hidden"))
