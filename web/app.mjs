@@ -14,6 +14,7 @@ import { StartForm } from "./start_form.mjs";
 import { StoredCard } from "./stored_card.mjs";
 import { connectLanguage, T, textsOf } from "./text.mjs";
 import { connectViews } from "./views.mjs";
+import { stepAt } from "./words.mjs";
 
 const HEAD_MARGIN_PX = 8; // between the head and what is scrolled to
 const LOG_LINES = 100;
@@ -28,6 +29,7 @@ const heedful = []; // views that follow what is recorded, once their modules ar
 let status = null;
 let plan = null;
 let planOf = null; // which campaign the plan is of
+let planAsked = null; // campaign and step that it was asked for last
 let heardAt = null;
 let newestLog = 0;
 let chartCampaign = null; // which campaign the chart shows
@@ -80,7 +82,7 @@ function takeStatus(document) {
     confirmedItself = status.prompt.id;
     confirm({ itself: true });
   }
-  if (campaign !== planOf) loadPlan(campaign);
+  loadPlan(campaign);
   if (campaign !== chartCampaign || status.clock.process_s < (chart.last_s ?? 0)) {
     chartCampaign = campaign;
     loadHistory();
@@ -100,11 +102,16 @@ function render() {
   show($("noise"), status.units.length > 0);
 }
 
+/** Only the steps around the present one, whenever that is not among them: all those of twenty runs weigh more than everything else together. */
 async function loadPlan(campaign) {
+  const step = Math.min(status.campaign?.step ?? 0, (status.campaign?.steps ?? 1) - 1); // at the end it is beyond the last
+  const asked = `${campaign} ${step}`;
+  if (asked === planAsked || (campaign === planOf && plan !== null && stepAt(plan, step))) return;
+  planAsked = asked;
   planOf = campaign;
-  plan = null;
   try {
-    plan = campaign ? await get("plan") : null;
+    const found = campaign ? await get(`plan?around=${step}`) : null;
+    if (asked === planAsked) plan = found;
   } catch (error) {
     console.warn("no plan:", error.message); // the station's own words for the step remain
   }

@@ -4,7 +4,7 @@
 import { get, looksForJobs, post } from "./api.mjs";
 import { $, element, say, show, tell } from "./dom.mjs";
 import { clock } from "./format.mjs";
-import { endedText, runningText } from "./job_words.mjs";
+import { endedText, runningText, showShare } from "./job_words.mjs";
 import { batchText, messageOf, restOf } from "./batch_words.mjs";
 import { fileLink } from "./file_link.mjs";
 import { badge } from "./runs_view.mjs";
@@ -149,8 +149,7 @@ export class BatchCard {
     show($("units-running"), job !== null);
     if (job === null) return;
     say($("units-running-text"), runningText(job, Date.now() / 1000));
-    show($("units-progress"), typeof job.progress === "number");
-    $("units-progress").value = job.progress ?? 0;
+    showShare($("units-progress"), job);
   }
 
   /** @param {import("./documents.mjs").Job} job with what became of each unit */

@@ -102,6 +102,10 @@
  * @property {{name: string, runs: number, set_points_c: number[], positions: string[], dwell_s: number, end_c: number}} procedure
  * @property {{label: string, preflight: boolean, first_step: number, last_step: number}[]} runs
  * @property {Step[]} steps
+ * @property {number} first_step number of the first of `steps`, those around the step that was asked for
+ * @property {number} later_s what all steps after these are expected to take
+ * @property {{visit: number, temp_c: number, step: number | null, left_s: number | null}[]} plateaus of the same run; the step of the first recording, and what all from there on takes
+ * @property {{step: number, after_s: number} | null} warm_end of the same run, and what comes after it takes
  * @property {number} estimate_s
  */
 
@@ -189,6 +193,7 @@
  * @property {string} user
  * @property {"running" | "done" | "failed" | "cancelled"} state
  * @property {number | null} [progress] 0 to 1, where it is said
+ * @property {string | null} [doing] what it does now, where it is said
  * @property {number} started_utc_s
  * @property {number | null} ended_utc_s
  * @property {number | null} exit_status

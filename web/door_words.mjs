@@ -3,7 +3,7 @@
 
 import { number, setTemperature, shortDuration, timeOfDay } from "./format.mjs";
 import { T } from "./text.mjs";
-import { isActive, nextBegins, nextBeginsByItself, now_s, waitsByItself } from "./words.mjs";
+import { isActive, nextBegins, nextBeginsByItself, now_s, stepAt, timeFrom_s, waitsByItself } from "./words.mjs";
 
 /** °C above the dew point from which the station itself calls a unit dry (docs/campaigns.md, the safe state). */
 const DRY_MARGIN_K = 2;
@@ -27,20 +27,18 @@ function extremes({ chamber, units }) {
 }
 
 /**
- * Host seconds until a step of the plan begins; null where it is late already, or the campaign does not go on now.
+ * Host seconds until no more than `left_s` of the plan is left; null where it is late already, or the campaign does not go on now.
  * @param {import("./documents.mjs").Status} status
- * @param {import("./documents.mjs").Plan} plan
  */
-function beginsIn_s({ campaign, clock, state }, plan, step) {
+function comesIn_s({ campaign, clock, state }, left_s) {
   if (!["preflight", "running"].includes(state) || campaign.on_way_back) return null;
-  const from_s = plan.steps.slice(step).reduce((sum, { estimate_s }) => sum + estimate_s, 0);
-  const left_s = campaign.remaining_s - from_s;
-  return left_s > 0 ? left_s / clock.rate : null;
+  const in_s = campaign.remaining_s - left_s;
+  return in_s > 0 ? in_s / clock.rate : null;
 }
 
-/** The same as words in a sentence: `words(time of day, span)`; "" where nothing is planned. */
-function plannedText(status, plan, step, words) {
-  const in_s = step < 0 ? null : beginsIn_s(status, plan, step);
+/** The same as words in a sentence: `words(time of day, span)`; "" where nothing is planned (`left_s` null). */
+function plannedText(status, left_s, words) {
+  const in_s = left_s === null ? null : comesIn_s(status, left_s);
   return in_s === null ? "" : words(timeOfDay(now_s(status) + in_s, now_s(status)), shortDuration(in_s));
 }
 
@@ -51,11 +49,24 @@ function plannedText(status, plan, step, words) {
  */
 function endOfRunText(status, plan) {
   const { campaign } = status;
-  if (!campaign || !plan) return "";
-  const { run } = plan.steps[campaign.step] ?? {};
-  const end = plan.steps.findIndex((step, i) => i >= campaign.step && step.run === run && step.kind === "warm_end");
-  const isLast = plan.steps.every((step) => step.run <= run);
-  return plannedText(status, plan, end < 0 ? -1 : end + 1, isLast ? T.door.later : T.door.betweenRuns);
+  const step = campaign && plan && stepAt(plan, campaign.step);
+  if (!step) return "";
+  const isToCome = plan.warm_end !== null && plan.warm_end.step >= campaign.step;
+  return plannedText(status, isToCome ? plan.warm_end.after_s : null, step.run === plan.runs.length - 1 ? T.door.later : T.door.betweenRuns);
+}
+
+/**
+ * The next recording of this run at a temperature that `isSafe`: {temp_c, left_s}; undefined where there is none.
+ * @param {{step: number}} campaign
+ * @param {import("./documents.mjs").Plan} plan
+ * @param {(temp_c: number) => boolean} isSafe
+ */
+function nextRecording({ step: present }, plan, isSafe) {
+  if (!stepAt(plan, present)) return undefined;
+  for (let number = present + 1, step; (step = stepAt(plan, number)); ++number) {
+    if (step.kind === "record" && isSafe(step.temp_c)) return { temp_c: step.temp_c, left_s: timeFrom_s(plan, number) };
+  }
+  return plan.plateaus.find(({ step, temp_c }) => step !== null && step > present && isSafe(temp_c));
 }
 
 /** Which plateau it will be, where the plan cannot say when. On the way back it is not known what comes: that plateau may be behind it. */
@@ -78,10 +89,9 @@ function opensText(status, plan) {
   const { campaign, chamber } = status;
   if (status.state === "paused") return chamber.set_point_c !== null && isSafe(chamber.set_point_c) ? T.door.waitHere : T.door.pausedHere;
   if (!campaign || !plan) return turnsText(status);
-  const { run } = plan.steps[campaign.step] ?? {};
-  const plateau = plan.steps.findIndex((step, i) => i > campaign.step && step.run === run && step.kind === "record" && isSafe(step.temp_c));
-  const temp = plateau < 0 ? "" : setTemperature(plan.steps[plateau].temp_c);
-  const planned = plannedText(status, plan, plateau, (time, span) => T.door.pauseAt(temp, time, span));
+  const next = nextRecording(campaign, plan, isSafe);
+  const temp = next ? setTemperature(next.temp_c) : "";
+  const planned = plannedText(status, next?.left_s ?? null, (time, span) => T.door.pauseAt(temp, time, span));
   return `${turnsText(status)}${planned || unplannedText(status, temp)}${endOfRunText(status, plan)}`;
 }
 

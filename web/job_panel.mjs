@@ -4,7 +4,7 @@
 import { get, looksForJobs, post } from "./api.mjs";
 import { $, element, say, show, tell } from "./dom.mjs";
 import { jobLine, spoken, verdictIn, voidIn } from "./job_line.mjs";
-import { isVerdictVoid, madeFrom, runningText, verbOf } from "./job_words.mjs";
+import { isVerdictVoid, madeFrom, runningText, showShare, verbOf } from "./job_words.mjs";
 import { obstacleParts } from "./obstacle_words.mjs";
 import { isSure } from "./sure_dialog.mjs";
 import { campaignToVerifyWith, isBeingChecked, isToReleaseAgain, nextOf, U } from "./unit_words.mjs";
@@ -299,7 +299,9 @@ export class JobPanel {
     // What has the focus goes away: the keyboard goes on from the jobs' title.
     if (job === null && $("job-running").contains(document.activeElement)) $("unit-work-title").focus();
     show($("job-running"), job !== null);
-    if (job) say($("job-running-text"), runningText(job, Date.now() / 1000));
+    if (job === null) return;
+    say($("job-running-text"), runningText(job, Date.now() / 1000));
+    showShare($("job-progress"), job);
   }
 }
 

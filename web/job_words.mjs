@@ -33,7 +33,26 @@ function subjectOf({ kind, unit, model, campaign, result }) {
 export function runningText(job, now_s) {
   const since = shortDuration(Math.max(0, Math.round(now_s - job.started_utc_s)));
   const share = typeof job.progress === "number" ? ` ${number(100 * job.progress, 0)} %.` : "";
-  return `${U.jobs.running(`${known(U.jobs.doing, job.kind)}: ${subjectOf(job)}`, since, job.user)}${share}`;
+  return `${U.jobs.running(`${known(U.jobs.doing, job.kind)}: ${subjectOf(job)}`, since, job.user)}${stepText(job)}${share}`;
+}
+
+/**
+ * " Reading the recordings."; "" where the job is of several units, or the step has no words here.
+ * @param {import("./documents.mjs").Job} job
+ */
+function stepText({ unit, doing }) {
+  const steps = unit === "" ? {} : U.jobs.steps;
+  return Object.hasOwn(steps, doing ?? "") ? ` ${steps[doing]}` : "";
+}
+
+/**
+ * How far a job is, on a bar; one that goes to and fro where nobody knows.
+ * @param {HTMLProgressElement} bar
+ * @param {import("./documents.mjs").Job} job
+ */
+export function showShare(bar, { progress }) {
+  if (typeof progress === "number") bar.value = progress;
+  else bar.removeAttribute("value");
 }
 
 /** @param {import("./documents.mjs").Job} job */

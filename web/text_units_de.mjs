@@ -270,6 +270,11 @@ export const text = {
       fit: "Anpassung läuft", fit_all: "Anpassung läuft", verify: "Verifizierung läuft", verify_all: "Verifizierung läuft", report: "Bericht wird geschrieben", release: "Freigabe läuft", release_all: "Freigabe läuft", export_all: "Archiv wird gepackt", report_campaign: "Bericht wird geschrieben", export: "Export läuft", gap_find: "Suche nach dem, was dem Modell fehlt",
       gap_accept: "Neue Anpassung mit den angenommenen Effekten", gap_show: "Vergleich von vorher und nachher",
     },
+    steps: {
+      reading: "Die Aufzeichnungen werden gelesen.", fitting: "Die Sensoren werden angepasst.", searching: "In dem, was das Modell übrig lässt, wird nach Effekten gesucht.",
+      resting: "Die längste Ruhe des Prüflings wird ausgewertet.", verifying: "Das Modell wird mit den Prüfläufen verglichen.", report: "Kurven und Rauschen werden gezeichnet.",
+      exporting: "Die Datei wird geschrieben.",
+    },
     nouns: {
       fit: "Anpassung", fit_all: "Anpassung", verify: "Verifizierung", verify_all: "Verifizierung", report: "Bericht", release: "Freigabe", release_all: "Freigabe", export_all: "Auslieferung", report_campaign: "Bericht", export: "Export", gap_find: "Suche nach Lücken", gap_accept: "Angenommen", gap_show: "Vorher und nachher",
     },

@@ -304,6 +304,12 @@ export const text = {
       fit: "Fitting", fit_all: "Fitting", verify: "Verifying", verify_all: "Verifying", report: "Writing the report", release: "Releasing", release_all: "Releasing", export_all: "Packing the archive", report_campaign: "Writing the report", export: "Exporting", gap_find: "Searching for what the model lacks",
       gap_accept: "Fitting again with the accepted effects", gap_show: "Comparing before and after",
     },
+    /** What a job does now, in its own sentence. */
+    steps: {
+      reading: "Reading the recordings.", fitting: "Fitting the sensors.", searching: "Looking for effects in what the model leaves.",
+      resting: "Looking at the unit's longest rest.", verifying: "Comparing the model with the check runs.", report: "Drawing the curves and the noise.",
+      exporting: "Writing the file.",
+    },
     nouns: {
       fit: "Fit", fit_all: "Fit", verify: "Verification", verify_all: "Verification", report: "Report", release: "Release", release_all: "Release", export_all: "Hand-over", report_campaign: "Report", export: "Export", gap_find: "Gap search", gap_accept: "Accepted", gap_show: "Before and after",
     },

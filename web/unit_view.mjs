@@ -78,7 +78,7 @@ export class UnitView {
     if (about === this.#planned) return; // asked for already
     this.#planned = about;
     try {
-      const plan = await get("plan");
+      const plan = await get("plan?around=0"); // the steps are not asked for
       if (plan === null || this.#open?.name !== open.name) return;
       this.#open = { ...this.#open, of: plan.runs.filter(({ preflight }) => !preflight).length };
       this.#offer();

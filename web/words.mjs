@@ -79,16 +79,30 @@ export function runOf(campaign, plan) {
 /** "−20 °C (1 of 5)" of the plateau that the step belongs to, or null. */
 function plateauText(step, plan) {
   if (step.visit === null) return null;
-  const visits = [...new Set(plan.steps.filter((s) => s.run === step.run && s.visit !== null).map((s) => s.visit))];
+  const visits = plan.plateaus.map(({ visit }) => visit);
   return T.steps.plateau(setTemperature(step.temp_c), visits.indexOf(step.visit) + 1, visits.length);
 }
 
 /**
- * The fixture position that the step is about: its own, else that of the last move.
- * @param {import("./documents.mjs").Plan | null} plan
+ * A step by its number in the whole plan; undefined where the page has not got it.
+ * @param {import("./documents.mjs").Plan} plan
+ * @returns {import("./documents.mjs").Step | undefined}
  */
-export function positionOf(index, plan) {
-  for (let i = index; i >= 0; --i) if (plan.steps[i].position) return plan.steps[i].position;
+export const stepAt = (plan, number) => plan.steps[number - plan.first_step];
+
+/**
+ * What is expected of the steps from that number on, which the page has got, in process time.
+ * @param {import("./documents.mjs").Plan} plan
+ */
+export const timeFrom_s = (plan, number) =>
+  plan.steps.slice(number - plan.first_step).reduce((sum, { estimate_s }) => sum + estimate_s, plan.later_s);
+
+/**
+ * The fixture position that the step is about: its own, else that of the last move.
+ * @param {import("./documents.mjs").Plan} plan
+ */
+export function positionOf(number, plan) {
+  for (let i = number, step; (step = stepAt(plan, i)); --i) if (step.position) return step.position;
   return null;
 }
 
@@ -130,7 +144,7 @@ function placeAndAction(status, step, plan) {
 
 /** Process time that is left of the present step; null where the plan cannot say. */
 function leftOfStep_s({ campaign }, plan) {
-  const later_s = plan.steps.slice(campaign.step + 1).reduce((sum, step) => sum + step.estimate_s, 0);
+  const later_s = timeFrom_s(plan, campaign.step + 1);
   return campaign.remaining_s > later_s ? campaign.remaining_s - later_s : null;
 }
 
@@ -145,7 +159,7 @@ export function stepText(status, plan) {
   if (state === "stopping") return T.steps.stopping;
   if (!campaign && !isActive(status)) return resumable ? T.steps.canBeResumed(resumable) : T.steps.none;
   if (!campaign) return T.steps.inState(stateText(status));
-  const step = plan?.steps[campaign.step];
+  const step = plan && stepAt(plan, campaign.step);
   if (state === "finished") return T.steps.allDone;
   const text = step ? placeAndAction(status, step, plan) : readable(campaign.step_text);
   if (["aborted", "failed", "interrupted"].includes(state)) return T.steps.stoppedAt(text);

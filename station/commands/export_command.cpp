@@ -115,6 +115,7 @@ base::Status record_export(db::Catalog& catalog, const ExportRequest& request, c
 base::Status export_one(db::Catalog& catalog, const ExportCommand& command, Output& output) {
   const ExportRequest& request = command.request;
   if (auto known = check_export_options(request); !known) return known;
+  output.begin("exporting");
   const auto made = request.format == "kalibr" ? export_noise(catalog, request) : export_model(catalog, request);
   if (!made) return base::forward_error(made);
   if (auto written = write_text_file(command.file, made->content); !written) return written;

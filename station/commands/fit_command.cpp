@@ -451,6 +451,7 @@ base::Status FitCommand::fit_all(const db::Catalog& catalog, Output& output) con
 }
 
 base::Status FitCommand::fit_one(db::Catalog& catalog, Output& output) const {
+  output.begin("reading");
   const auto row = catalog.unit(unit);
   if (!row) return base::forward_error(row);
   const auto terms = accepted_terms(catalog, unit, *row ? (*row)->epoch : 0);
@@ -461,8 +462,9 @@ base::Status FitCommand::fit_one(db::Catalog& catalog, Output& output) const {
   auto input = load_unit(catalog, unit, campaign, warnings);
   if (!input) return base::forward_error(input);
   CheckWarnings check_warnings(catalog);
-  const auto model =
-      fit_with_terms(catalog, *input, *terms, {rules}, jobs, check_warnings, std::move(warnings), *inputs);
+  const auto model = fit_with_terms(catalog, *input, *terms, {rules}, FitWork{jobs, output.progress("fitting")},
+                                    check_warnings, std::move(warnings), *inputs);
+  output.end_progress();
   if (!model) return base::forward_error(model);
   nlohmann::json document = calib::fit_json(*model);
   std::string text = fit_text(*model);

@@ -114,8 +114,9 @@ struct GapShow final : GapCommand {
 };
 
 base::Status GapFind::run_with(db::Catalog& catalog, Output& output) {
-  auto search = search_gap(catalog, unit, campaign);
+  auto search = search_gap(catalog, unit, campaign, [&](std::string_view what) { output.begin(what); });
   if (!search) return base::forward_error(search);
+  output.begin("resting");
   if (const auto beside = set_beside_rest(catalog, *search); !beside) return base::forward_error(beside);
   const nlohmann::json document = calib::gap::gap_json(search->report);
   if (auto stored = catalog.add_gap_report({unit, search->model.version, now_utc_s(), document.dump()}); !stored) {
@@ -243,7 +244,7 @@ base::Status check_samples_are_there(const db::Catalog& catalog, const std::stri
 }
 
 base::Status GapAccept::run_with(db::Catalog& catalog, Output& output) {
-  auto search = search_gap(catalog, unit, campaign);
+  auto search = search_gap(catalog, unit, campaign, [&](std::string_view what) { output.begin(what); });
   if (!search) return base::forward_error(search);
   using calib::gap::Accepted;
   if (const auto beside = set_beside_rest_as_found(catalog, *search); !beside) return base::forward_error(beside);
@@ -263,6 +264,7 @@ base::Status GapAccept::run_with(db::Catalog& catalog, Output& output) {
   auto stored =
       catalog.add_gap_report({unit, search->model.version, now_utc_s(), calib::gap::gap_json(search->report).dump()});
   if (!stored) return stored;
+  output.begin("fitting");
   const auto model =
       refit(catalog, search->model, terms, "gap_accepted", fmt::format("{} accepted by {}", names, user_name(user)));
   if (!model) return base::forward_error(model);

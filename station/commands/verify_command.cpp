@@ -109,6 +109,7 @@ base::Result<Judged> judge(db::Catalog& catalog, const VerifyCommand& command, c
 }
 
 base::Status verify_one(db::Catalog& catalog, const VerifyCommand& command, Output& output) {
+  output.begin("verifying");
   base::Result<calib::Calibration> calibration;
   if (command.file.empty()) {
     calibration = newest_of(catalog, command.unit);

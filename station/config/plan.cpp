@@ -77,6 +77,33 @@ nlohmann::json step_document(const Step& step) {
   return document;
 }
 
+/// Of the run with that number: its plateaus, each with its first recording (null: a ramp), and the end of its
+/// `warm_end`; `later_s`: from step `end` on. Times are those to the end of the plan.
+nlohmann::json outline_of_run(const nlohmann::json& document, const nlohmann::json& run, std::ptrdiff_t end) {
+  nlohmann::json plateaus = nlohmann::json::array();
+  nlohmann::json later_s = 0.0;
+  nlohmann::json warm = nullptr;
+  double left_s = 0.0;
+  const nlohmann::json& steps = document.at("steps");
+  for (std::ptrdiff_t i = std::ssize(steps) - 1; i >= 0; --i) {
+    const nlohmann::json& step = steps.at(static_cast<std::size_t>(i));
+    const bool is_of_run = step.at("run") == run;
+    if (is_of_run && step.at("kind") == name_of(StepKind::warm_end)) warm = {{"step", i}, {"after_s", left_s}};
+    left_s += step.at("estimate_s").get<double>();
+    if (i == end) later_s = left_s;
+    if (!is_of_run || step.at("visit").is_null()) continue;
+    if (plateaus.empty() || plateaus.back().at("visit") != step.at("visit")) {
+      plateaus.push_back(
+          {{"visit", step.at("visit")}, {"temp_c", step.at("temp_c")}, {"step", nullptr}, {"left_s", nullptr}});
+    }
+    if (step.at("kind") != name_of(StepKind::record)) continue;
+    plateaus.back()["step"] = i;
+    plateaus.back()["left_s"] = left_s;
+  }
+  std::ranges::reverse(plateaus);
+  return {{"plateaus", std::move(plateaus)}, {"warm_end", std::move(warm)}, {"later_s", std::move(later_s)}};
+}
+
 }  // namespace
 
 std::string_view name_of(StepKind kind) { return kStepNames.at(static_cast<std::size_t>(kind)); }
@@ -109,6 +136,30 @@ nlohmann::json plan_document(const Plan& plan) {
           {"runs", std::move(runs)},
           {"steps", std::move(steps)},
           {"estimate_s", plan.estimate_s()}};
+}
+
+base::Result<nlohmann::json> plan_around(const nlohmann::json& document, std::int64_t step) {
+  const nlohmann::json& steps = document.at("steps");
+  if (step < 0 || step >= std::ssize(steps)) {
+    return base::bad_input(fmt::format("the plan has {} steps, numbered from 0: there is no {}", steps.size(), step),
+                           "around");
+  }
+  const nlohmann::json& asked = steps.at(static_cast<std::size_t>(step));
+  const auto belongs = [&](std::ptrdiff_t i) {
+    const nlohmann::json& other = steps.at(static_cast<std::size_t>(i));
+    return other.at("run") == asked.at("run") && other.at("visit") == asked.at("visit");
+  };
+  std::ptrdiff_t first = step;
+  std::ptrdiff_t end = step + 1;
+  while (first > 0 && belongs(first - 1)) --first;
+  while (end < std::ssize(steps) && belongs(end)) ++end;
+  nlohmann::json part = {{"procedure", document.at("procedure")},
+                         {"runs", document.at("runs")},
+                         {"steps", nlohmann::json::array_t(steps.begin() + first, steps.begin() + end)},
+                         {"first_step", first},
+                         {"estimate_s", document.at("estimate_s")}};
+  part.update(outline_of_run(document, asked.at("run"), end));
+  return part;
 }
 
 }  // namespace soak::station

@@ -79,4 +79,9 @@ struct Plan {
 /// The plan as it stands in the journal and in `/api/v1/plan`.
 [[nodiscard]] nlohmann::json plan_document(const Plan& plan);
 
+/// The same document as the station's page asks for it, since a plan of twenty runs has over a megabyte of steps: of
+/// them only those of the plateau that step number `step` belongs to, or between two plateaus; docs/http-api.md.
+/// Refuses (bad_input, at "around") a step that the plan does not have.
+[[nodiscard]] base::Result<nlohmann::json> plan_around(const nlohmann::json& document, std::int64_t step);
+
 }  // namespace soak::station

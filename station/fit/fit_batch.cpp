@@ -161,7 +161,7 @@ class Batch {
   }
 
   base::Result<Turn> fit(Worker& worker, const PreparedFit& prepared, const Inputs& inputs) {
-    auto model = fitted_model(prepared, options_.fit, threads_per_unit_);
+    auto model = fitted_model(prepared, options_.fit, FitWork{threads_per_unit_});
     if (!model) return base::forward_error(model);
     const auto stored = options_.shard ? options_.shard(worker.catalog, *model, inputs.seen)
                                        : store_model(worker.catalog, *model, inputs.seen);

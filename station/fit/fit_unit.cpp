@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <mutex>
 #include <set>
 #include <string_view>
 #include <thread>
@@ -63,19 +64,29 @@ base::Status load_references(const db::Catalog& catalog, calib::UnitInput& input
 
 /// Fits the sensors that have rows, each on the first free thread.
 std::array<std::optional<base::Result<calib::SensorFit>>, calib::kSensorCount> fit_sensors(
-    const calib::UnitRows& rows, const calib::CurveFitOptions& options, int jobs) {
+    const calib::UnitRows& rows, const calib::CurveFitOptions& options, const FitWork& work) {
   std::array<std::optional<base::Result<calib::SensorFit>>, calib::kSensorCount> fits;
   std::atomic<std::size_t> next = 0;
-  const auto work = [&] {
+  std::mutex telling;
+  std::size_t done = 0;
+  const auto tell = [&] {
+    const std::lock_guard lock(telling);
+    if (work.progress) work.progress(static_cast<double>(++done) / static_cast<double>(calib::kSensorCount));
+  };
+  if (work.progress) work.progress(0.0);
+  const auto take_turns = [&] {
     for (std::size_t s = next++; s < calib::kSensorCount && !interrupted(); s = next++) {
       if (rows.bias[s]) fits[s] = calib::fit_sensor(rows, calib::kSensors[s], options);
+      tell();
     }
   };
   const auto threads =
-      static_cast<std::size_t>(jobs > 0 ? jobs : static_cast<int>(std::thread::hardware_concurrency()));
+      static_cast<std::size_t>(work.jobs > 0 ? work.jobs : static_cast<int>(std::thread::hardware_concurrency()));
   std::vector<std::jthread> pool;
-  for (std::size_t t = 1; t < std::clamp<std::size_t>(threads, 1, calib::kSensorCount); ++t) pool.emplace_back(work);
-  work();
+  for (std::size_t t = 1; t < std::clamp<std::size_t>(threads, 1, calib::kSensorCount); ++t) {
+    pool.emplace_back(take_turns);
+  }
+  take_turns();
   pool.clear();
   return fits;
 }
@@ -254,8 +265,8 @@ base::Result<PreparedFit> prepare_fit(const db::Catalog& catalog, calib::UnitInp
 }
 
 base::Result<calib::UnitModel> fitted_model(const PreparedFit& prepared, const calib::CurveFitOptions& options,
-                                            int jobs) {
-  auto fits = fit_sensors(prepared.rows, options, jobs);
+                                            const FitWork& work) {
+  auto fits = fit_sensors(prepared.rows, options, work);
   if (interrupted()) {
     return base::fail(base::ErrorKind::internal, "interrupted; no model was stored",
                       fmt::format("unit {}", prepared.input.unit));
@@ -296,7 +307,7 @@ base::Status store_model(db::Catalog& catalog, calib::UnitModel& model, const Fi
 
 base::Result<calib::UnitModel> fit_with_terms(db::Catalog& catalog, calib::UnitInput& input,
                                               const std::vector<calib::ModelTerm>& terms,
-                                              const calib::CurveFitOptions& options, int jobs,
+                                              const calib::CurveFitOptions& options, const FitWork& work,
                                               CheckWarnings& check_warnings, std::vector<calib::Warning> warnings,
                                               const FitInputs& inputs) {
   auto prepared = prepare_fit(catalog, std::move(input), terms, check_warnings, std::move(warnings));
@@ -307,7 +318,7 @@ base::Result<calib::UnitModel> fit_with_terms(db::Catalog& catalog, calib::UnitI
     if (!fleet) return base::forward_error(fleet);
     take_from_fleet(*fleet, prepared->rows);
   }
-  auto model = fitted_model(*prepared, options, jobs);
+  auto model = fitted_model(*prepared, options, work);
   if (!model) return model;
   if (auto stored = store_model(catalog, *model, inputs); !stored) return base::forward_error(stored);
   input = std::move(prepared->input);
@@ -340,7 +351,7 @@ base::Result<calib::UnitModel> fit_again(db::Catalog& catalog, const db::ModelRo
   // A model of some of the runs is not the one that a fit of all would give.
   if (input->runs.size() < all_runs) inputs->sha256.clear();
   CheckWarnings check_warnings(catalog);
-  return fit_with_terms(catalog, *input, terms, *options, 0, check_warnings, std::move(warnings), *inputs);
+  return fit_with_terms(catalog, *input, terms, *options, FitWork{}, check_warnings, std::move(warnings), *inputs);
 }
 
 }  // namespace soak::station

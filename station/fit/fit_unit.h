@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -83,10 +84,15 @@ struct PreparedFit {
                                                     CheckWarnings& check_warnings,
                                                     std::vector<calib::Warning> warnings);
 
-/// Fits all sensors of a unit on `jobs` threads (0: one per core). Fails where a sensor cannot be fitted, and
-/// (internal) where the user interrupts. The result does not depend on the number of threads.
+/// How a unit is fitted; the result does not depend on it.
+struct FitWork {
+  int jobs = 0;                               ///< threads; 0: one per core
+  std::function<bool(double)> progress = {};  ///< gets the share of the sensors that is done; calls come one at a time
+};
+
+/// Fits all sensors of a unit. Fails where a sensor cannot be fitted, and (internal) where the user interrupts.
 [[nodiscard]] base::Result<calib::UnitModel> fitted_model(const PreparedFit& prepared,
-                                                          const calib::CurveFitOptions& options, int jobs);
+                                                          const calib::CurveFitOptions& options, const FitWork& work);
 
 /// Stores a model as the unit's next version, which it gets, as of the time when `inputs` were seen (fit_inputs.h), and
 /// with their digest (empty: it is no fit of all runs, and none is stored).
@@ -97,7 +103,7 @@ struct PreparedFit {
 /// `inputs`: fit_inputs_now() before the unit was loaded; without digest where this is no fit of all its runs.
 [[nodiscard]] base::Result<calib::UnitModel> fit_with_terms(db::Catalog& catalog, calib::UnitInput& input,
                                                             const std::vector<calib::ModelTerm>& terms,
-                                                            const calib::CurveFitOptions& options, int jobs,
+                                                            const calib::CurveFitOptions& options, const FitWork& work,
                                                             CheckWarnings& check_warnings,
                                                             std::vector<calib::Warning> warnings,
                                                             const FitInputs& inputs);

@@ -171,7 +171,9 @@ base::Result<calib::gap::LoggedCampaign> load_logged_campaign(const db::Catalog&
 }
 
 base::Result<GapSearch> search_gap(const db::Catalog& catalog, const std::string& unit,
-                                   const std::optional<std::string>& campaign) {
+                                   const std::optional<std::string>& campaign,
+                                   const std::function<void(std::string_view)>& begin) {
+  begin("reading");
   auto model = present_model(catalog, unit);
   if (!model) return base::forward_error(model);
   if (const auto curves = check_curves(*model); !curves) return base::forward_error(curves);
@@ -184,6 +186,7 @@ base::Result<GapSearch> search_gap(const db::Catalog& catalog, const std::string
   search.terms = *std::move(terms);
   search.campaign = *std::move(logged);
   search.warnings = calib::forward::subtract_terms(search.terms, search.campaign);
+  begin("searching");
   search.report = calib::gap::find_gap(search.campaign, search.model.version);
   return search;
 }

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "base/result.h"
@@ -38,10 +40,11 @@ struct GapSearch {
   std::vector<std::string> warnings;  ///< sentences: terms that some run cannot evaluate, a rest that cannot be read
 };
 
-/// Looks in the runs that a fit takes, of one campaign where it is given. Refuses (bad_input) an unknown unit, and one
-/// without a model of its present epoch.
+/// Looks in the runs that a fit takes, of one campaign where it is given. `begin` is told what is done from then on:
+/// "reading", "searching". Refuses (bad_input) an unknown unit, and one without a model of its present epoch.
 [[nodiscard]] base::Result<GapSearch> search_gap(const db::Catalog& catalog, const std::string& unit,
-                                                 const std::optional<std::string>& campaign);
+                                                 const std::optional<std::string>& campaign,
+                                                 const std::function<void(std::string_view)>& begin);
 
 /// Sets beside each slow noise the bias instability of the unit's longest rest, if that is half an hour or longer:
 /// reads that recording and works for about a second a sensor. One that cannot be read becomes a warning.

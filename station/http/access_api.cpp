@@ -124,9 +124,9 @@ std::optional<Refusal> AccessApi::sign(const httplib::Request& request, Role nee
   return std::nullopt;
 }
 
-std::string AccessApi::name_of_caller(const httplib::Request& request) {
+std::string AccessApi::account_of(const httplib::Request& request) {
   const auto caller = gate_ ? gate_->caller(shown_by(request)) : std::nullopt;
-  return caller ? caller->name : std::string();
+  return caller ? caller->name : "";
 }
 
 std::function<bool()> AccessApi::watch(const httplib::Request& request) {

@@ -33,8 +33,8 @@ class AccessApi {
   /// from here on, whatever it said before.
   [[nodiscard]] std::optional<Refusal> sign(const httplib::Request& request, Role needed, nlohmann::json& body);
 
-  /// The account that asks; empty for a station without accounts.
-  [[nodiscard]] std::string name_of_caller(const httplib::Request& request);
+  /// The name of the account that asks; empty of a station without a gate, and of who is not known.
+  [[nodiscard]] std::string account_of(const httplib::Request& request);
 
   /// Whether the caller of a request may still read, as a function that can be asked again and again. Each time counts
   /// as a use of the session.

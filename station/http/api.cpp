@@ -18,7 +18,12 @@ using Parameter = std::optional<std::string>;
 
 Result<json> answer_status(StationService& lab, const Parameter&, std::int64_t) { return lab.status(); }
 
-Result<json> answer_plan(StationService& lab, const Parameter&, std::int64_t) { return lab.plan(); }
+Result<json> answer_plan(StationService& lab, const Parameter& around, std::int64_t) {
+  if (!around) return lab.plan(std::nullopt);
+  const auto step = base::parse_int(*around);
+  if (!step || *step < 0) return base::bad_input("'" + *around + "' is not the number of a step", "around");
+  return lab.plan(*step);
+}
 
 Result<json> answer_history(StationService& lab, const Parameter& after_s, std::int64_t) {
   const auto value = base::parse_double(after_s.value_or("-1"));
@@ -156,7 +161,7 @@ Result<json> do_confirm(StationService& lab, const json& body) {
 
 const std::vector<ApiQuestion>& api_questions() {
   static const std::vector<ApiQuestion> questions = {{"status", "", answer_status},
-                                                     {"plan", "", answer_plan},
+                                                     {"plan", "around", answer_plan},
                                                      {"history", "after_s", answer_history},
                                                      {"stored", "", answer_stored},
                                                      {"noise", "unit", answer_noise},

@@ -3,7 +3,6 @@
 
 #include <httplib.h>
 
-#include <atomic>
 #include <chrono>
 #include <functional>
 #include <limits>
@@ -25,6 +24,7 @@
 #include "station/http/metrics.h"
 #include "station/http/records_api.h"
 #include "station/http/runs_api.h"
+#include "station/http/stream_places.h"
 #include "station/http/unit_file_api.h"
 #include "station/http/units_api.h"
 #include "station/io/host.h"
@@ -34,7 +34,6 @@ namespace {
 
 using base::ErrorKind;
 
-constexpr int kMaxStreams = 80;  // each holds one of the listener's threads
 constexpr std::chrono::seconds kStreamsEndWithin{1};
 constexpr std::chrono::milliseconds kPoll{1};
 const std::string kEventsPath = std::string(kApiPath) + "events";
@@ -74,7 +73,7 @@ struct HttpServer::Running {
     feed.stop();
     // The listener cuts off what is still being sent when it stops.
     const auto latest_end = std::chrono::steady_clock::now() + kStreamsEndWithin;
-    while (streams > 0 && std::chrono::steady_clock::now() < latest_end) std::this_thread::sleep_for(kPoll);
+    while (streams.taken() > 0 && std::chrono::steady_clock::now() < latest_end) std::this_thread::sleep_for(kPoll);
     thread.stop();
   }
 
@@ -113,7 +112,7 @@ struct HttpServer::Running {
       send_attached(response, job_file(jobs, request.params));
     });
     listener.Get(kApiPath + std::string("unit/file"), [this](const auto& request, auto& response) {
-      send_attached(response, unit_file(runs, request.params, access.name_of_caller(request)));
+      send_attached(response, unit_file(runs, request.params, access.account_of(request)));
     });
     listener.Get(kApiPath + std::string("references"), [this](const auto& request, auto& response) {
       answer(response, references_answer(runs, request.params));
@@ -193,17 +192,15 @@ struct HttpServer::Running {
   }
 
   void send_events(const httplib::Request& request, httplib::Response& response) {
-    // Counts the stream for as long as the library keeps the provider.
-    const auto place = std::shared_ptr<void>(nullptr, [this](void*) { --streams; });
-    if (++streams > kMaxStreams) {
-      return refuse(response, {503, {ErrorKind::internal, "too many event streams are open", "events"}});
-    }
+    // Held for as long as the library keeps the provider.
+    const auto place = streams.take(access.account_of(request), request.remote_addr);
+    if (!place) return refuse(response, {place.error().where == kTooManyStreams ? 429 : 503, place.error()});
     listener.make_endless();
     const auto last_id = base::parse_int(request.get_header_value("Last-Event-ID"));
     const auto stream = std::make_shared<EventStream>(lab, feed, last_id);
     const auto may_read = access.watch(request);
     response.set_chunked_content_provider("text/event-stream",
-                                          [stream, place, may_read](std::size_t, httplib::DataSink& sink) {
+                                          [stream, place = *place, may_read](std::size_t, httplib::DataSink& sink) {
                                             const auto text = stream->next();
                                             // After the wait: what came meanwhile is not for who has lost access.
                                             if (!text || !may_read()) {
@@ -225,7 +222,7 @@ struct HttpServer::Running {
   AccessApi access;
   EventFeed feed;
   AlarmSender* alarms;
-  std::atomic<int> streams = 0;
+  StreamPlaces streams{StreamPlaces::Limits{}};
   BoundedListener listener{ConnectionLimits{}, tls.get()};
   ListenerThread thread{listener};
 };

@@ -125,6 +125,10 @@ std::function<bool(double)> Output::progress(std::string_view what) {
   };
 }
 
+void Output::begin(std::string_view what) {
+  if (tells_each_percent_) err_ << fmt::format("{}: {}: ...\n", program_, what) << std::flush;
+}
+
 void Output::end_progress() {
   if (bar_is_drawn_) err_ << '\n';
   bar_is_drawn_ = false;

@@ -45,6 +45,9 @@ class Output {
   /// that; after tell_each_percent() a line for each percent instead of either. Returns false once the user has pressed
   /// Ctrl-C.
   [[nodiscard]] std::function<bool(double)> progress(std::string_view what);
+  /// Says to a program that listens what the command does from now on, of which nobody knows how far it is: "soak:
+  /// searching: ...". Says nothing to anybody else.
+  void begin(std::string_view what);
   /// From now on long work says how far it is to a program that listens ($SOAK_PROGRESS): "soak: fitting: 12 %".
   void tell_each_percent() { tells_each_percent_ = true; }
   /// Ends a bar that was drawn.

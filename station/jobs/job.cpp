@@ -29,6 +29,7 @@ constexpr std::array<std::string_view, 13> kKinds = {"fit",      "verify",     "
                                                      "gap_find", "gap_accept", "gap_show"};
 constexpr const char* kHandOverFolder = "hand-over";  // in the folder of the job
 constexpr std::string_view kProgressEnd = " %";
+constexpr std::string_view kNobodyKnows = "...";
 constexpr std::size_t kLongestStem = 60;
 
 /// Runs that the model was fitted to cannot judge it.
@@ -146,19 +147,37 @@ JobCommand command_of_all(const db::Catalog& catalog, const JobRequest& request,
   return {{"release", "--all"}, ""};
 }
 
-/// A line of job_progress().
-bool is_progress(std::string_view line) {
-  return line.starts_with("soak: ") && line.ends_with(kProgressEnd) && job_progress(line).has_value();
+/// The step that a line of standard error tells, as Output::progress() and Output::begin() write it; none where it is
+/// another line.
+std::optional<JobStep> step_of(std::string_view line) {
+  constexpr std::string_view kBegin = "soak: ";
+  if (!line.starts_with(kBegin)) return std::nullopt;
+  line = line.substr(kBegin.size(), line.find('\n') - kBegin.size());
+  const std::size_t colon = line.rfind(": ");
+  if (colon == std::string_view::npos) return std::nullopt;
+  const std::string_view told = line.substr(colon + 2);
+  JobStep step{std::string(line.substr(0, colon)), std::nullopt};
+  if (told == kNobodyKnows) return step;
+  if (!told.ends_with(kProgressEnd)) return std::nullopt;
+  const auto percent = base::parse_int(told.substr(0, told.size() - kProgressEnd.size()));
+  if (!percent || *percent < 0 || *percent > 100) return std::nullopt;
+  step.share = static_cast<double>(*percent) / 100.0;
+  return step;
 }
 
-/// What was said beside how far it was.
-std::string without_progress(std::string_view errors) {
+/// Takes the first line off, with its end.
+std::string_view take_line(std::string_view& text) {
+  const std::string_view line = text.substr(0, std::min(text.find('\n'), text.size() - 1) + 1);
+  text.remove_prefix(line.size());
+  return line;
+}
+
+/// What was said beside what it did and how far it was.
+std::string without_steps(std::string_view errors) {
   std::string rest;
   while (!errors.empty()) {
-    const std::size_t end = std::min(errors.find('\n'), errors.size() - 1) + 1;
-    const std::string_view line = errors.substr(0, end);
-    if (!is_progress(line.substr(0, line.find('\n')))) rest += line;
-    errors.remove_prefix(end);
+    const std::string_view line = take_line(errors);
+    if (!step_of(line)) rest += line;
   }
   return rest;
 }
@@ -291,18 +310,16 @@ base::Result<std::optional<std::int32_t>> job_model(const db::Catalog& catalog, 
   return *model ? std::optional((*model)->version) : std::nullopt;
 }
 
-std::optional<double> job_progress(std::string_view errors) {
-  const std::size_t end = errors.rfind(kProgressEnd);
-  if (end == std::string_view::npos) return std::nullopt;
-  const std::size_t begin = errors.rfind(' ', end == 0 ? 0 : end - 1);
-  if (begin == std::string_view::npos) return std::nullopt;
-  const auto percent = base::parse_int(errors.substr(begin + 1, end - begin - 1));
-  return percent && *percent >= 0 && *percent <= 100 ? std::optional(static_cast<double>(*percent) / 100.0)
-                                                     : std::nullopt;
+std::optional<JobStep> job_step(std::string_view errors) {
+  std::optional<JobStep> last;
+  while (!errors.empty()) {
+    if (auto step = step_of(take_line(errors))) last = std::move(step);
+  }
+  return last;
 }
 
 std::string job_message(const ChildEnd& end) {
-  const std::string errors = without_progress(end.errors);
+  const std::string errors = without_steps(end.errors);
   // Remarks come before the error, which is a document of its own.
   const std::size_t newline = errors.rfind("\n{");
   const std::size_t begin = newline == std::string::npos ? 0 : newline + 1;

@@ -66,8 +66,17 @@ struct JobCommand {
 [[nodiscard]] base::Result<std::optional<std::int32_t>> job_model(const db::Catalog& catalog,
                                                                   const JobRequest& request);
 
-/// How far it is by what it has said on standard error ("soak: fitting: 12 %"), 0 to 1; none where it has not.
-[[nodiscard]] std::optional<double> job_progress(std::string_view errors);
+/// What a job is doing.
+struct JobStep {
+  std::string doing;            ///< "fitting"
+  std::optional<double> share;  ///< that is done of it, 0 to 1; none where nobody knows
+
+  bool operator==(const JobStep&) const = default;
+};
+
+/// The last step that it has told on standard error, "soak: fitting: 12 %" or "soak: searching: ..."; none where it has
+/// told none.
+[[nodiscard]] std::optional<JobStep> job_step(std::string_view errors);
 
 /// Why it failed, in the words of `soak --json` on standard error.
 [[nodiscard]] std::string job_message(const ChildEnd& end);

@@ -40,6 +40,7 @@ json new_document(const JobRequest& request, std::int64_t id) {
           {"user", request.user},
           {"state", "running"},
           {"progress", nullptr},
+          {"doing", nullptr},
           {"started_utc_s", now_utc_s()},
           {"ended_utc_s", nullptr},
           {"exit_status", nullptr},
@@ -218,7 +219,9 @@ void JobRunner::carry_out(UnderWay job) {
   const ChildProgram child{program_, job.command.arguments, job.document["user"]};
   const auto end = run_child(child, stop_child_, [&](std::string_view errors) {
     const std::scoped_lock lock(mutex_);
-    if (const auto share = job_progress(errors)) shelf_.tell_progress(job.document["id"], *share);
+    if (const auto step = job_step(errors)) {
+      shelf_.tell_step(job.document["id"], step->doing, step->share ? json(*step->share) : json());
+    }
   });
   if (end) {
     finish(job.document, job.command, *end);

@@ -28,9 +28,10 @@ constexpr std::string_view kAside = "damaged-";  // begins the name of a folder 
 
 /// Members that a document of an older version may lack.
 json complete(const json& stored) {
-  json job = {{"model", nullptr},   {"progress", nullptr},    {"campaign", nullptr},  {"format", nullptr},
-              {"effects", nullptr}, {"user", "unknown"},      {"started_utc_s", 0.0}, {"ended_utc_s", nullptr},
-              {"message", nullptr}, {"exit_status", nullptr}, {"result", nullptr},    {"file", nullptr}};
+  json job = {{"model", nullptr},       {"progress", nullptr}, {"doing", nullptr},       {"campaign", nullptr},
+              {"format", nullptr},      {"effects", nullptr},  {"user", "unknown"},      {"started_utc_s", 0.0},
+              {"ended_utc_s", nullptr}, {"message", nullptr},  {"exit_status", nullptr}, {"result", nullptr},
+              {"file", nullptr}};
   job.update(stored);
   return job;
 }

@@ -36,8 +36,11 @@ class JobShelf {
   void write(const nlohmann::json& job) const;
   /// Keeps a document anew, and removes the jobs that are too many.
   void put(const nlohmann::json& job);
-  /// How far a job is, 0 to 1, which nobody needs any more once soakd has ended.
-  void tell_progress(std::int64_t id, double share) { jobs_.at(id)["progress"] = share; }
+  /// What a job does and how far it is, 0 to 1 or null, which nobody needs any more once soakd has ended.
+  void tell_step(std::int64_t id, const std::string& doing, const nlohmann::json& share) {
+    jobs_.at(id)["doing"] = doing;
+    jobs_.at(id)["progress"] = share;
+  }
   /// The folder of a job that did not come to be.
   void remove_folder(std::int64_t id) const;
 

@@ -70,7 +70,7 @@ class Engine : public StationService {
     log_.add(kind, subject, text, user);
   }
   [[nodiscard]] std::uint64_t status_version() const override { return status_version_; }
-  [[nodiscard]] nlohmann::json plan() const override;
+  [[nodiscard]] base::Result<nlohmann::json> plan(std::optional<std::int64_t> around) const override;
   [[nodiscard]] nlohmann::json history(double after_s) const override { return history_.document(after_s); }
   [[nodiscard]] base::Result<nlohmann::json> noise(const std::string& unit) const override;
   [[nodiscard]] base::Result<nlohmann::json> stored() override;

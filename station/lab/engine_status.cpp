@@ -254,9 +254,10 @@ json Engine::status() const {
   return status_;
 }
 
-json Engine::plan() const {
+base::Result<json> Engine::plan(std::optional<std::int64_t> around) const {
   const std::lock_guard lock(status_mutex_);
-  return plan_document_;
+  if (!around || plan_document_.is_null()) return plan_document_;
+  return plan_around(plan_document_, *around);
 }
 
 base::Result<json> Engine::noise(const std::string& unit) const {

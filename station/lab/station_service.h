@@ -63,8 +63,9 @@ class StationService {
   [[nodiscard]] virtual nlohmann::json status() const = 0;
   /// Rises whenever status() has changed.
   [[nodiscard]] virtual std::uint64_t status_version() const = 0;
-  /// The plan of the running or last campaign, null if there was none.
-  [[nodiscard]] virtual nlohmann::json plan() const = 0;
+  /// The plan of the running or last campaign, null if there was none. `around`: the number of a step, then as
+  /// plan_around() makes it. Absent = the whole plan.
+  [[nodiscard]] virtual base::Result<nlohmann::json> plan(std::optional<std::int64_t> around) const = 0;
   /// Temperatures since `after_s` of the history's own time, thinned to at most a few thousand points.
   [[nodiscard]] virtual nlohmann::json history(double after_s) const = 0;
   /// docs/http-api.md: the document of GET /api/v1/stored.

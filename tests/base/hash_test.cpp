@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cstdint>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "base/hash.h"
+#include "base/sha256_block.h"
 #include "base/text.h"
 
 namespace soak::base {
@@ -70,6 +72,23 @@ TEST(Sha256, DoesNotDependOnHowTheInputIsCut) {
   Sha256 hash;
   for (std::size_t i = 0; i < million.size(); i += 997) hash.update(std::string_view(million).substr(i, 997));
   EXPECT_EQ(to_hex(hash.finish()), "cdc76e5c9914fb9281a1c7e284d73e67f1809a48a497200e046d39ccc7112cd0");
+}
+
+TEST(Sha256, IsTheSameByArithmeticAsByInstructions) {
+  std::array<std::uint32_t, 8> chosen{0x6a09e667, 0xbb67ae85, 0x3c6ef372, 0xa54ff53a,
+                                      0x510e527f, 0x9b05688c, 0x1f83d9ab, 0x5be0cd19};
+  std::array<std::uint32_t, 8> by_arithmetic = chosen;
+  std::array<std::uint8_t, 65> bytes{};
+  std::uint32_t state = 1;
+  for (int block = 0; block < 2000; ++block) {
+    for (std::uint8_t& byte : bytes) {
+      state = state * 1664525U + 1013904223U;
+      byte = static_cast<std::uint8_t>(state >> 24U);
+    }
+    compress_sha256(chosen, bytes.data() + block % 2);  // also where no word of it is aligned
+    compress_sha256_by_arithmetic(by_arithmetic, bytes.data() + block % 2);
+    ASSERT_EQ(chosen, by_arithmetic) << block;
+  }
 }
 
 TEST(UuidV7, HasTheLayoutOfRfc9562) {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "station/alarms/alarm_rules.h"
+#include "station/config/plan.h"
 #include "station/lab/station_service.h"
 
 namespace soak::station {
@@ -204,9 +205,10 @@ class ScriptedStation : public StationService {
     const std::lock_guard lock(mutex_);
     return version_;
   }
-  json plan() const override {
+  base::Result<json> plan(std::optional<std::int64_t> around) const override {
     const std::lock_guard lock(mutex_);
-    return plan_;
+    if (!around || plan_.is_null()) return plan_;
+    return plan_around(plan_, *around);
   }
   base::Result<json> stored() override {
     const std::lock_guard lock(mutex_);

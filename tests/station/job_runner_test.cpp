@@ -124,6 +124,15 @@ TEST(Job, TheMessageIsThatOfTheErrorBehindRemarks) {
   EXPECT_EQ(job_message({137, "", ""}), "ended by signal 9");
 }
 
+TEST(Job, TheStepIsTheLastThatWasToldAsAWholeLine) {
+  EXPECT_EQ(job_step(""), std::nullopt);
+  EXPECT_EQ(job_step("soak: note: 3 of 5\nfitting: 12 %\nsoak: fitting: 101 %\nsoak: fitting: 1"), std::nullopt);
+  EXPECT_EQ(job_step("soak: reading: ...\nsoak: fitting: 12 %\n"), (JobStep{"fitting", 0.12}));
+  EXPECT_EQ(job_step("soak: fitting: 12 %\nsoak: searching: ...\nsoak: warning: cold\nsoak: fit"),
+            (JobStep{"searching", std::nullopt}));
+  EXPECT_EQ(job_message({1, "", "soak: reading: ...\nsoak: why\nsoak: fitting: 12 %\n"}), "soak: why\n");
+}
+
 /// A `soak` that is a script.
 class Runner : public ::testing::Test {
  protected:
@@ -240,9 +249,11 @@ TEST_F(Runner, SaysHowFarAJobIsAsSoakSaysIt) {
   const std::int64_t id = jobs.start({"fit_all", "", "", "", false, "Eva"}).value()["id"];
   while (jobs.show(id).value()["progress"].is_null()) std::this_thread::sleep_for(std::chrono::milliseconds(5));
   EXPECT_EQ(jobs.show(id).value()["progress"], 0.4);
+  EXPECT_EQ(jobs.show(id).value()["doing"], "fitting");
   std::ofstream(folder_.path() / "go") << "on";
   const json job = ended(jobs, id);
   EXPECT_TRUE(job["progress"].is_null());
+  EXPECT_TRUE(job["doing"].is_null());
   EXPECT_EQ(job["message"], "soak: note\n") << "how far it was is no reason";
 }
 

@@ -475,6 +475,15 @@ TEST(Plan, TheRoomDecidesTheFirstSweep) {
   EXPECT_EQ(compile_plan(p, 5.0).steps[2].sweep, Sweep::unknown);
 }
 
+TEST(Plan, TheOutlineOfARampHasItsSetPointsWithoutRecordings) {
+  Procedure p = two_positions();
+  p.kind = ProcedureKind::ramp;
+  p.positions = {"+Z"};
+  const nlohmann::json part = *plan_around(plan_document(compile_plan(p)), 0);
+  ASSERT_EQ(part["plateaus"].size(), 2U);
+  for (const nlohmann::json& plateau : part["plateaus"]) EXPECT_TRUE(plateau["step"].is_null());
+}
+
 TEST(Plan, TheDocumentHoldsEveryStep) {
   Procedure p = two_positions();
   p.preflight_position_s = 20.0;
@@ -492,6 +501,49 @@ TEST(Plan, TheDocumentHoldsEveryStep) {
   EXPECT_EQ(document["runs"][1]["last_step"], plan.steps.size() - 1);
   EXPECT_EQ(document["procedure"]["purpose"], "calibration");
   EXPECT_EQ(document["estimate_s"], plan.estimate_s());
+}
+
+TEST(Plan, AroundAStepAreTheStepsOfItsPlateauAndAnOutlineOfItsRun) {
+  Procedure p = two_positions();
+  p.runs = 3;
+  p.preflight_position_s = 20.0;
+  const Plan plan = compile_plan(p);
+  const nlohmann::json document = plan_document(plan);
+  for (std::size_t at = 0; at < plan.steps.size(); ++at) {
+    const auto part = plan_around(document, static_cast<std::int64_t>(at));
+    ASSERT_TRUE(part);
+    const std::size_t first = (*part)["first_step"];
+    const std::size_t end = first + (*part)["steps"].size();
+    ASSERT_TRUE(first <= at && at < end);
+    for (std::size_t i = 0; i < plan.steps.size(); ++i) {
+      const bool is_there = i >= first && i < end;
+      if (is_there) {
+        EXPECT_EQ((*part)["steps"][i - first], document["steps"][i]);
+      }
+      if (is_there) {
+        EXPECT_EQ(plan.steps[i].visit, plan.steps[at].visit);
+      }
+    }
+    EXPECT_NEAR((*part)["later_s"].get<double>(), plan.remaining_s(end), 1e-6);
+    EXPECT_EQ((*part)["plateaus"].empty(), plan.runs[static_cast<std::size_t>(plan.steps[at].run)].preflight);
+    for (const nlohmann::json& plateau : (*part)["plateaus"]) {
+      const std::size_t record = plateau["step"];
+      EXPECT_EQ(plan.steps[record].kind, StepKind::record);
+      EXPECT_EQ(plan.steps[record].run, plan.steps[at].run);
+      EXPECT_EQ(plan.steps[record].visit, plateau["visit"].get<int>());
+      EXPECT_NEAR(plateau["left_s"].get<double>(), plan.remaining_s(record), 1e-6);
+    }
+    for (const char* key : {"procedure", "runs", "estimate_s"}) EXPECT_EQ((*part)[key], document[key]);
+  }
+  const nlohmann::json last = *plan_around(document, static_cast<std::int64_t>(plan.steps.size()) - 1);
+  const std::size_t warm = last["warm_end"]["step"];
+  EXPECT_EQ(plan.steps[warm].kind, StepKind::warm_end);
+  EXPECT_NEAR(last["warm_end"]["after_s"].get<double>(), plan.remaining_s(warm + 1), 1e-6);
+  for (const std::int64_t step : {std::int64_t{-1}, static_cast<std::int64_t>(plan.steps.size())}) {
+    const auto refused = plan_around(document, step);
+    ASSERT_FALSE(refused);
+    EXPECT_EQ(refused.error().where, "around");
+  }
 }
 
 }  // namespace

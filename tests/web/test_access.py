@@ -6,6 +6,7 @@ import hashlib
 import json
 import pathlib
 import re
+import socket
 import ssl
 import subprocess
 import sys
@@ -47,6 +48,10 @@ class Attacker(unittest.TestCase):
         cls.addClassCleanup(cls.station.close)
         cls.stalled = cls.station.bare()  # begins a handshake and never goes on
         cls.stalled.sendall(b"\x16")
+
+    def setUp(self):
+        self.open = []  # event streams
+        self.addCleanup(self.leave_streams)
 
     def abort(self, **headers):
         """What an abort is answered; no campaign runs, so one that is carried out is told so (409)."""
@@ -194,6 +199,45 @@ class Attacker(unittest.TestCase):
             read_all(stream)  # ends; a stream that goes on runs into the time-out
         self.assertEqual(self.station.ask("GET", "/api/v1/status", headers={"Cookie": cookie})[0], 401)
         self.assertEqual(self.station.post("campaign/abort", ABORT, cookie)[0], 401)
+
+    def leave_streams(self):
+        while self.open:
+            self.open.pop().close()
+
+    def take_streams(self, count, cookie, sources):
+        """Those of a test before may still be on their way out."""
+        end_s = time.monotonic() + 60
+        while count > 0:
+            self.assertLess(time.monotonic(), end_s)
+            count -= self.watch(cookie, sources[count % len(sources)]) == 200
+
+    def watch(self, cookie, source="127.0.0.1"):
+        """Asks for an event stream; the status of the answer."""
+        bare = socket.create_connection(("127.0.0.1", self.station.port), timeout=60, source_address=(source, 0))
+        stream = self.station.trust().wrap_socket(bare, server_hostname="localhost")
+        self.open.append(stream)
+        stream.sendall(f"GET /api/v1/events HTTP/1.1\r\nHost: localhost:{self.station.port}\r\nCookie: {cookie}\r\n\r\n".encode())
+        return int(stream.recv(65536).split()[1])
+
+    def test_one_account_does_not_take_all_event_streams_from_many_addresses_and_sessions(self):
+        first, second = self.station.cookie("vera"), self.station.cookie("vera")
+        many = [f"127.0.0.{20 + i}" for i in range(20)]
+        self.take_streams(10, first, many)
+        self.take_streams(10, second, many)
+        self.assertEqual({self.watch(cookie, source) for cookie in (first, second) for source in ("127.0.0.1", "127.0.0.60")}, {429})
+        token = self.station.token("vera", "streams")
+        status, _, body = self.station.ask("GET", "/api/v1/events", headers={"Authorization": f"Bearer {token}"})
+        self.assertEqual((status, json.loads(body)["error"]["where"]), (429, "streams"))
+        self.assertEqual(self.watch(self.station.cookie("eva")), 200, "others still watch")
+        self.leave_streams()
+        self.take_streams(1, first, many)
+
+    def test_one_address_does_not_take_all_event_streams_with_many_accounts(self):
+        vera = self.station.cookie("vera")
+        for name in ("otto", "eva"):
+            self.take_streams(20, self.station.cookie(name), ["127.0.0.9"])
+        self.assertEqual(self.watch(vera, "127.0.0.9"), 429)
+        self.take_streams(1, vera, ["127.0.0.10"])
 
     def test_a_new_log_in_ends_the_session_of_before_in_the_same_browser(self):
         before = self.station.cookie("otto")

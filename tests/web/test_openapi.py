@@ -134,7 +134,7 @@ class OpenApi(unittest.TestCase):
         run = self.soakd.get("runs", unit=SERIAL, campaign="campaign")["runs"][0]["run_id"]
         channels = [channel["name"] for channel in self.soakd.get("run", run=run, unit=SERIAL)["streams"][0]["channels"]]
         return {"unit": SERIAL, "campaign": "campaign", "run": run, "channel": channels[:2], "stream": "imu", "from_s": 1, "to_s": 1e6, "points": 10,
-                "after_s": 0, "after": -5, "file": "app.mjs", "type": "generic", "kind": "run_added", "subject": SERIAL, "user": "Eva",
+                "after_s": 0, "around": 0, "after": -5, "file": "app.mjs", "type": "generic", "kind": "run_added", "subject": SERIAL, "user": "Eva",
                 "from_utc_s": 0, "to_utc_s": 4e9, "before": 10 ** 6, "most": 10, "version": 1, "format": "json", "simulated": "true", "about": SERIAL, "routine": "false",
                 "record_id": self.soakd.get("references")["references"][0]["record_id"]}
 

@@ -200,8 +200,10 @@ class Page(PageTest):
         self.browser.switch(others[0])
 
     def test_the_first_view_with_the_history_of_a_long_campaign_weighs_at_most_300_kb(self):
-        """Answers of the interface included. The plan is that of a short campaign: one of twenty runs has 1.2 MB by itself."""
-        for command, document in (("history", soak_history()), ("plan", soak_plan()), ("noise", allan_noise()), ("stored", STORED)):
+        """Answers of the interface included. Set points, positions and runs are as many as in six-position-soak."""
+        plan = soak_plan(20, [-30.0 + 5.0 * i for i in range(21)], ("+X", "-X", "+Y", "-Y", "+Z", "-Z"))
+        self.assertGreater(len(json.dumps(plan)), 1_000_000)
+        for command, document in (("history", soak_history()), ("plan", plan), ("noise", allan_noise()), ("stored", STORED)):
             self.station.tell(f"{command} {json.dumps(document)}")
         for i in range(100):
             self.station.tell(f"log plateau {i} reached")
@@ -209,6 +211,7 @@ class Page(PageTest):
         self.browser.wait("return document.querySelector('#chart path.unit-1')?.getAttribute('d') && document.querySelectorAll('#log li').length === 100")
         sizes = self.browser.loaded()
         self.assertGreater(dict(sizes)[f"{self.station.url}api/v1/history"], 40_000)
+        self.assertIn(f"{self.station.url}api/v1/plan?around=30", dict(sizes))
         self.assertLessEqual(sum(size for _, size in sizes), 300_000, sizes)
 
     def test_fits_narrow_screens(self):

@@ -14,20 +14,20 @@ def attitude(up, expected, right):
     return {"up": up, "expected": expected, "right": right}
 
 
-def soak_plan():
-    """A pre-flight and two runs at three plateaus, two positions each; ten minutes a step."""
+def soak_plan(count=2, set_points_c=(0.0, -20.0, 40.0), positions=("+X", "-Z")):
+    """A pre-flight and so many runs; ten minutes a step."""
     steps, runs = [], []
 
     def step(kind, run, temp_c=25.0, visit=None, position="", estimate_s=600.0):
         steps.append({"kind": kind, "run": run, "temp_c": temp_c, "sweep": "down", "position": position, "seconds": 0.0,
                       "after_turn": False, "estimate_s": estimate_s, "visit": visit})
 
-    for run in range(3):
+    for run in range(count + 1):
         first = len(steps)
         step("power_on", run)
-        for visit, temp_c in enumerate((0.0, -20.0, 40.0) if run else ()):
+        for visit, temp_c in enumerate(set_points_c if run else ()):
             step("set_temperature", run, temp_c, visit)
-            for position in ("+X", "-Z"):
+            for position in positions:
                 step("move", run, temp_c, visit, position)
                 step("wait_stable", run, temp_c, visit)
                 step("record", run, temp_c, visit, position)

@@ -85,6 +85,26 @@ class Words(BrowserTest):
         self.assertEqual(said(kind="verify_all", unit="", model=None, campaign="c", result={}), "Verification: all units, their newest models, campaign c")
         self.assertEqual(said(True, kind="export", format="px4", sign=False, result=None), "Exporting: unit SN1, model 2; for 12 s now, started by Eva.")
         self.assertEqual(said(True, kind="fit_all", unit="", model=None, result=None, progress=0.4), "Fitting: all units, all runs for calibration; for 12 s now, started by Eva. 40 %.")
+        fitting = "Fitting: unit SN1, all runs for calibration; for 12 s now, started by Eva."
+        self.assertEqual(said(True, kind="fit", model=None, result=None, doing="reading"), f"{fitting} Reading the recordings.")
+        self.assertEqual(said(True, kind="fit", model=None, result=None, doing="fitting", progress=0.5), f"{fitting} Fitting the sensors. 50 %.")
+        self.assertEqual(said(True, kind="fit", model=None, result=None, doing="no words for it"), fitting)
+        self.assertEqual(said(True, kind="fit_all", unit="", model=None, result=None, doing="fitting", progress=0.4), "Fitting: all units, all runs for calibration; for 12 s now, started by Eva. 40 %.")
+
+    def test_a_bar_shows_the_share_of_a_job_and_none_where_nobody_knows_it(self):
+        self.browser.go(self.soakd.url)
+        shown = self.browser.run("""const bar = document.createElement('progress');
+            return import('/text.mjs').then(({ textsOf }) => Promise.all([textsOf('units'), textsOf('gap')])).then(() => import('/job_words.mjs'))
+              .then(({ showShare }) => [0.4, null, undefined, 1].map((progress) => { showShare(bar, { progress }); return bar.position; }));""")
+        self.assertEqual(shown, [0.4, -1, -1, 1])
+
+    def test_every_step_that_a_command_tells_has_words_in_both_languages(self):
+        told = {name for path in ("commands/fit_command.cpp", "commands/gap_commands.cpp", "commands/verify_command.cpp", "commands/report_command.cpp", "commands/export_command.cpp", "gap/gap_search.cpp")
+                for name in re.findall(r'(?:begin|progress)\("(\w+)"\)', source_of(path))}
+        self.assertGreater(len(told), 5)
+        for language in ("en", "de"):
+            steps = re.search(r"steps: \{(.*?)\n    \}", (ROOT / "web" / f"text_units_{language}.mjs").read_text(encoding="utf-8"), re.S).group(1)
+            self.assertLessEqual(told, set(re.findall(r"(\w+): \"", steps)), language)
 
     def test_what_a_verification_takes_is_a_check_campaign_that_is_over_before_one_that_is_open(self):
         self.browser.go(self.soakd.url)

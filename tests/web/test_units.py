@@ -446,6 +446,7 @@ class Page(BrowserTest, WithStation):
         self.click("#unit-fit")
         self.soakd.held_child()
         self.see("#job-running-text", f"Fitting: unit {OTHER}, all runs for calibration; for ")
+        self.assertTrue(self.browser.run("return document.querySelector('#job-progress').checkVisibility()"))
         self.click("#unit-cancel")
         self.see("#unit-jobs li", "cancelled by")
         self.assertTrue(self.browser.run("return document.querySelector('#job-running').hidden"))
@@ -483,7 +484,7 @@ class Page(BrowserTest, WithStation):
           };
           const ask = window.fetch;
           const plan = { procedure: {}, runs: [true, false, false, false].map((preflight) => ({ preflight })), steps: [], estimate_s: 1 };
-          window.fetch = (path, ...more) => (String(path).endsWith("/plan") && window.campaign ? Promise.resolve(new Response(JSON.stringify(plan), { headers: { "Content-Type": "application/json" } })) : ask(path, ...more));
+          window.fetch = (path, ...more) => (String(path).includes("/plan?") && window.campaign ? Promise.resolve(new Response(JSON.stringify(plan), { headers: { "Content-Type": "application/json" } })) : ask(path, ...more));
         """
         added = self.browser.devtools("Page.addScriptToEvaluateOnNewDocument", source=script)
         self.addCleanup(self.browser.devtools, "Page.removeScriptToEvaluateOnNewDocument", **added)
