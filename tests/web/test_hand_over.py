@@ -178,6 +178,54 @@ class HandOver(BrowserTest):
         self.see("#unit-verdict-text", "by Bob: wrong reference")
         self.see("#unit-next", "this model is withdrawn, nobody may use it")
 
+    def runs_of(self, campaign):
+        return [run for run in self.soakd.get("runs", unit=SERIAL)["runs"] if run["campaign"] == campaign]
+
+    def test_an_open_page_heeds_that_data_were_withdrawn_in_a_terminal(self):
+        """The event is about the run: neither the unit nor its model is the subject."""
+        self.job(kind="release", unit=SERIAL)
+        self.open_unit(SERIAL)
+        self.see("#unit-verdict-title", "PASS")
+        self.see("#unit-badges", "released")
+        run = self.runs_of("verification")[0]
+        self.soakd.soak("runs", "void", run["run_id"], "--unit", SERIAL, "--campaign", "verification", "--reason", "door was open", "--user", "Bob")
+        self.see("#unit-verdict-title", "NOT JUDGED")
+        self.see("#unit-jobs", "PASS, void since")
+
+    def test_points_and_noise_are_read_anew_once_a_visit_was_withdrawn(self):
+        self.open_unit(SERIAL)
+        self.browser.run("document.querySelector('#unit-noise').scrollIntoView()")
+        self.see("#unit-noise-said", "From the longest rest")
+        self.browser.run("document.querySelector('#unit-curves').scrollIntoView()")
+        asked = "return performance.getEntriesByType('resource').map(({ name }) => name).filter((name) => /unit\\/noise|model\\/rows/.test(name)).length"
+        self.browser.wait(asked.replace(".length", ".length >= 2"))
+        before = self.browser.run(asked)
+        run = self.runs_of("verification")[0]
+        self.browser.run("location.hash = '#runs'")
+        self.soakd.post("run/void", run=run["run_id"], unit=SERIAL, visit=0, reason="door was open", user="Bob")
+        self.browser.run("location.hash = arguments[0]", "#" + urllib.parse.urlencode({"unit": SERIAL}))
+        self.browser.wait(f"document.querySelector('#unit-noise').scrollIntoView(); {asked.replace('.length', f'.length > {before}')}")
+        self.browser.wait(f"document.querySelector('#unit-curves').scrollIntoView(); {asked.replace('.length', f'.length >= {before + 2}')}")
+
+    def test_a_file_of_a_model_whose_data_were_withdrawn_is_void_also_behind_a_newer_model(self):
+        self.job(kind="release", unit=SERIAL)
+        self.job(kind="export", unit=SERIAL, format="blob", simulated=True)
+        calibration = self.soakd.get("unit", unit=SERIAL)["fitted_to"][0]["campaign"]
+        run = self.runs_of(calibration)[0]
+        self.soakd.post("run/void", run=run["run_id"], unit=SERIAL, visit=0, reason="door was open", user="Bob")
+        self.soakd.soak("fit", "--unit", SERIAL, "--rules", "2")
+        unit = self.soakd.get("unit", unit=SERIAL)
+        check_schema(unit, "http-unit")
+        newest, released = unit["versions"]
+        self.assertEqual((newest["version"], newest["state"], newest["void"]), (2, "fitted", None))
+        self.assertEqual((released["version"], released["state"], unit["released_before"]), (1, "released", []))
+        self.assertIn("withdrawn", released["void"])
+        self.assertEqual(sum(campaign["runs"] for campaign in unit["fit_campaigns"]), unit["to_fit"])
+        self.open_unit(SERIAL)
+        self.see("#unit-jobs", "Made from model 1. Data that this rests on were withdrawn since: void, do not use it.")
+        self.browser.click("#unit-withdraw")
+        self.see("#withdraw-version", "1, older, released")
+
     def test_what_is_released_is_handed_over_in_one_archive_with_its_manifest(self):
         self.job(kind="release", unit=SERIAL)
         self.assertEqual(self.soakd.refusal("jobs", kind="export_all", format="blob"), (400, "sign"), "there is no key")
