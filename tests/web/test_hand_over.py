@@ -282,6 +282,21 @@ class HandOver(BrowserTest):
         self.soakd.soak("model", "retire", "--unit", SERIAL, "--model", "1", "--reason", "wrong reference", "--user", "Eva")
         self.assertEqual(self.unit_file(unit=SERIAL, format="json", simulated="true")[:2], (409, "state"))
 
+    def test_no_older_file_is_given_in_place_of_the_newest_released_one(self):
+        """As `soak export --all --released` leaves the unit out: whoever asks would not see that it is another model."""
+        self.job(kind="release", unit=SERIAL)
+        self.soakd.soak("fit", "--unit", SERIAL, "--rules", "3")
+        self.verify(SERIAL)
+        self.job(kind="release", unit=SERIAL)
+        self.assertEqual(self.unit_file(unit=SERIAL, format="json", simulated="true")[0], 200)
+        # A failed verification of the newest one alone.
+        self.soakd.limits('name = "generic"\n[limits]\ngyro = 1e-9\naccel = 1e-9\n')
+        self.assertEqual(self.job(kind="verify", unit=SERIAL, campaign="verification")["result"]["verdict"], "fail")
+        self.assertEqual(self.soakd.get("unit", unit=SERIAL)["released_before"], [1])
+        status, where, why = self.unit_file(unit=SERIAL, format="json", simulated="true")
+        self.assertEqual((status, where), (409, "state"))
+        self.assertIn(f"model 2 of unit {SERIAL} is released, but must not be handed over", why)
+
     @long_test
     def test_a_released_model_before_the_newest_is_exported_where_it_is_chosen(self):
         self.job(kind="release", unit=SERIAL)
