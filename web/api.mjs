@@ -48,6 +48,9 @@ export function looksForJobs(take) {
   };
 }
 
+/** Whether the station has too much to do for a question now, by the error that get() throws: it can be asked again before long. */
+export const isBusy = ({ status }) => status === 503;
+
 /** Carries out POST /api/v1/`path`. Throws an Error whose message is for the user; of an answer, with its `status` and, where it says so, `where` the mistake is. */
 export async function post(path, body) {
   // The second header says that a page of this station asks: pages of other origins cannot send it.

@@ -322,6 +322,8 @@
  * @property {Warning[]} warnings
  * @property {{campaign: string, runs: number, purpose: "verification" | "calibration"}[]} verify_with
  * @property {{campaign: string, runs: number}[]} fitted_to
+ * @property {{campaign: string, runs: number}[]} fit_campaigns
+ * @property {{version: number, epoch: number, state: Model["state"], void: string | null}[]} versions
  * @property {number[]} released_before
  * @property {number[]} simulated_before
  * @property {Kept & {warnings: Warning[]} | null} verification

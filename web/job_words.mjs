@@ -64,11 +64,19 @@ const detailOf = ({ kind, format, effects, sign, result }) => {
   return made;
 };
 
-/** What a unit's document says of its model, as it is asked here.
- * @typedef {Pick<import("./documents.mjs").Unit, "epoch" | "model" | "verification" | "warnings">} Judged */
+/** What a unit's document says of its models, as it is asked here.
+ * @typedef {Pick<import("./documents.mjs").Unit, "epoch" | "model" | "versions" | "verification" | "warnings">} Judged */
 
-/** Whether the newest model is of the unit before it was repaired or changed. */
-const isBeforeRepair = ({ model, epoch }) => model !== null && model.epoch !== epoch;
+/**
+ * What became of the version that a job worked on; null where that is not known.
+ * @param {import("./documents.mjs").Job} job
+ * @param {Judged | null} unit
+ */
+function versionOf(job, unit) {
+  const last = unit?.verification?.job;
+  const number = last?.id === job.id ? last.result.model : job.result?.model; // a verification of all units names none
+  return unit?.versions.find(({ version }) => version === number) ?? null;
+}
 
 /**
  * Whether data were withdrawn that the last word on the newest model rests on.
@@ -83,16 +91,14 @@ const isAgain = (stale) => /^the unit was fitted again since$/.test(stale);
 const saysSoItself = ({ kind, result }) => kind === "report" && result?.verdict === "info";
 
 /**
- * Whether what a job said or made of a unit does not hold any more.
+ * Whether what a job said or made of a unit does not hold any more: that is a matter of the version that it worked on, whatever came after that.
  * @param {import("./documents.mjs").Job} job
  * @param {Judged | null} unit
  */
 export function isVoid(job, unit) {
-  const model = unit?.model ?? null;
-  const last = unit?.verification?.job;
-  const version = last?.id === job.id ? last.result.model : job.result?.model; // a verification of all units names none
-  if (model === null || job.state !== "done" || version !== model.version || saysSoItself(job)) return false;
-  return isBeforeRepair(unit) || model.state === "withdrawn" || isDataVoid(unit);
+  const of = versionOf(job, unit);
+  if (of === null || job.state !== "done" || saysSoItself(job)) return false;
+  return of.void !== null || of.epoch !== unit.epoch || of.state === "withdrawn" || (of.version === unit.model?.version && isDataVoid(unit));
 }
 
 /**
@@ -103,7 +109,7 @@ export function isVoid(job, unit) {
 export const isVerdictVoid = (job, unit) => ["verify", "verify_all", "report"].includes(job.kind) && isVoid(job, unit);
 
 /**
- * Which model a file was made from, and whether that is still the newest as it is now; "" where it was made from none.
+ * Which model a file was made from, and what became of that since: void comes first, then that there is a newer one; "" where it was made from none.
  * @param {import("./documents.mjs").Job} job
  * @param {Judged | null} unit
  */
@@ -113,10 +119,11 @@ export function madeFrom(job, unit) {
   const verification = unit?.verification ?? null;
   const version = result?.model ?? null;
   if (state !== "done" || version === null || (kind !== "report" && kind !== "export")) return "";
-  if (unit !== null && isBeforeRepair(unit) && !saysSoItself(job)) return U.jobs.madeBeforeRepair(version);
-  if (newest !== null && newest.version !== version) return U.jobs.madeFromOlder(version, newest.version);
-  if (newest?.state === "withdrawn") return U.jobs.madeFromWithdrawn(version);
+  const of = versionOf(job, unit);
+  if (of !== null && of.epoch !== unit.epoch && !saysSoItself(job)) return U.jobs.madeBeforeRepair(version);
+  if (of?.state === "withdrawn") return U.jobs.madeFromWithdrawn(version);
   if (isVoid(job, unit)) return U.jobs.madeBeforeVoid(version);
+  if (newest !== null && newest.version !== version) return U.jobs.madeFromOlder(version, newest.version);
   const verdict = verification?.stale === null && verification.job.started_utc_s > started ? verification.job.result.verdict : "pass";
   if (verdict !== "pass") return U.jobs.madeBeforeVerdict(version, verdictOf(verdict).title);
   const isMarked = result.unreleased === true;

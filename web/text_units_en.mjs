@@ -71,14 +71,14 @@ export const text = {
   next: {
     record: "Record a campaign with it, or import its recordings.",
     fit: "Fit it.",
-    /** @type {(campaign: string, runs: number, of: number | null) => string} `runs`: that a fit may take */
+    /** @type {(campaign: string, runs: number, of: number | null) => string} `runs`: of the campaign, that a fit may take */
     recordRuns: (campaign, runs, of) => `Wait: campaign ${campaign} still records it. ${runs}${of === null ? "" : ` of ${of}`} ${plural(of ?? runs, { one: "run", other: "runs" })} recorded so far; fit it when the campaign has ended.`,
-    /** @type {(campaign: string, runs: number, of: number | null) => string} the same of one that somebody has to resume */
-    recordStopped: (campaign, runs, of) => `Campaign ${campaign}, which records it, has stopped, ${runs}${of === null ? "" : ` of ${of}`} ${plural(of ?? runs, { one: "run", other: "runs" })} recorded: resume it on Station, then fit.${runs === 0 ? "" : " Fit below uses the runs that are there."}`,
+    /** @type {(campaign: string, runs: number, of: number | null, toFit: number) => string} the same of one that somebody has to resume; `toFit`: runs of all campaigns */
+    recordStopped: (campaign, runs, of, toFit) => `Campaign ${campaign}, which records it, has stopped, ${runs}${of === null ? "" : ` of ${of}`} ${plural(of ?? runs, { one: "run", other: "runs" })} recorded: resume it on Station, then fit.${toFit === 0 ? "" : " Fit below uses the runs that are there."}`,
     /** @type {(campaign: string, runs: number, of: number | null) => string} of a model that was fitted before its campaign is over */
     moreRuns: (campaign, runs, of) => `Wait: campaign ${campaign} still records it, ${runs}${of === null ? "" : ` of ${of}`} ${plural(of ?? runs, { one: "run", other: "runs" })} so far. When it has ended, fit again with all runs, then verify and release.`,
-    /** @type {(campaign: string, runs: number, of: number | null) => string} the same of one that somebody has to resume */
-    moreRunsStopped: (campaign, runs, of) => `Campaign ${campaign}, which records it, has stopped, ${runs}${of === null ? "" : ` of ${of}`} ${plural(of ?? runs, { one: "run", other: "runs" })} recorded: resume it on Station. Then fit again with all runs, verify and release.`,
+    /** @type {(campaign: string, runs: number, of: number | null) => string} beside what is to be done next: of one that somebody has to resume */
+    moreRunsStopped: (campaign, runs, of) => `Campaign ${campaign}, which records it, has stopped, ${runs}${of === null ? "" : ` of ${of}`} ${plural(of ?? runs, { one: "run", other: "runs" })} recorded. To have the others too, resume it on Station; then fit again with all runs.`,
     /** In front of what the station says is wrong. */
     fitAgain: "Do not hand it over. Fit it again, then verify and release it:",
     /** Behind what only some roles may do. */
@@ -237,6 +237,7 @@ export const text = {
     version: "Model",
     newestVersion: (version) => `${version}, the newest`,
     releasedVersion: (version) => `${version}, older, released`,
+    olderVersion: (version, state) => `${version}, older, ${state}`,
     sign: "Sign it",
     noKey: "Sign it: the station has no key yet, Records makes one",
     signWith: (key) => `Sign it with key ${key}`,

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The noise of a unit at rest, from what is stored of it, beside what its type allows. Loaded when somebody comes to look at it.
 
-import { get } from "./api.mjs";
+import { get, isBusy } from "./api.mjs";
 import { $, element, english, say, show, tell } from "./dom.mjs";
 import { duration, number, sign, significant, UNKNOWN, written } from "./format.mjs";
 import { drawAllan } from "./sensor_figures.mjs";
@@ -89,7 +89,7 @@ function render(noise) {
  * Asks for the noise of a unit and shows it.
  * @param {string} unit serial number
  * @param {() => boolean} isLate whether another unit is asked for by now
- * @returns {Promise<boolean>} whether it was found
+ * @returns {Promise<boolean | "busy">} whether it was found
  */
 export async function showNoise(unit, isLate) {
   show($("unit-noise-found"), false);
@@ -100,6 +100,6 @@ export async function showNoise(unit, isLate) {
     return true;
   } catch (error) {
     if (!isLate()) tell($("unit-noise-said"), [U.noise.failed, { english: error.message }]);
-    return false;
+    return isBusy(error) ? "busy" : false;
   }
 }

@@ -2,7 +2,7 @@
 // One unit: its verdict, what is to be done next, its curves, and the jobs that do it.
 
 import { roleHere } from "./account.mjs";
-import { get } from "./api.mjs";
+import { get, isBusy } from "./api.mjs";
 import { $, element, english, say, show, tell } from "./dom.mjs";
 import { clock, dayText } from "./format.mjs";
 import { GapCard } from "./gap_card.mjs";
@@ -18,7 +18,12 @@ import { versionsToWithdraw, WithdrawDialog } from "./withdraw_dialog.mjs";
 import { openCampaign, recordedNow } from "./words.mjs";
 
 const PARTS = ["unit-repair", "unit-verdict", "unit-next-box", "unit-facts", "unit-work", "unit-warnings-card", "unit-impact", "unit-gap", "unit-curves", "unit-noise"];
-const LOOK_AGAIN_MS = 5000; // whether somebody has done something with the unit elsewhere, in a terminal too
+const LOOK_AGAIN_MS = 5000; // whether somebody has done something elsewhere, in a terminal too
+/** What a campaign enters by the hundred: nothing that the page shows becomes other by it. */
+const ROUTINE = ["position", "power", "segment", "step"];
+/** What takes data away that points and noise are made of. */
+const TAKES_DATA = ["voided", "samples_dropped"];
+const MOST_EVENTS = 500; // that the station tells at once
 
 export class UnitView {
   #asked = null; // serial number that the address names
@@ -34,7 +39,8 @@ export class UnitView {
   #planned = ""; // for which state of which campaign the plan was asked
   #repair;
   #withdraw;
-  #newest = null; // number of the newest event about the unit; null before the first look
+  #newest = null; // number of the newest event that was looked at; null before the first look
+  #taken = 0; // number of an event by which data may be gone
   #gap;
   #jobs;
 
@@ -87,18 +93,28 @@ export class UnitView {
     }
   }
 
-  /** What becomes of a model or of the unit is in the event log, whoever did it and wherever. */
+  /** Whoever does something, and wherever: it is in the event log. */
   async #lookForEvents() {
-    const asked = this.#asked;
     try {
-      const { events: [event] } = await get(`audit?${new URLSearchParams({ subject: asked, most: "1" })}`);
-      if (asked !== this.#asked) return;
-      const before = this.#newest;
-      this.#newest = event?.number ?? 0;
-      if (before !== null && before !== this.#newest) await this.#load();
+      if (await this.#isNews()) await this.#load();
     } catch (error) {
       console.warn("no events:", error.message); // the next look will tell
     }
+  }
+
+  /**
+   * Whether something was entered since the last look that may bear on the unit. Not all of that is about the unit by name: data are withdrawn of a run, and a
+   * certificate is one of a reference.
+   */
+  async #isNews() {
+    const { events: [event] } = await get("audit?most=1");
+    const newest = event?.number ?? 0;
+    const missed = newest - (this.#newest ?? newest);
+    const isLost = missed < 0 || missed > MOST_EVENTS; // the log is another one, or nobody has looked for long
+    const { events } = missed === 0 || isLost ? { events: [] } : await get(`audit?most=${missed}`);
+    this.#newest = newest;
+    if (isLost || events.some(({ kind }) => TAKES_DATA.includes(kind))) this.#taken = newest;
+    return isLost || events.some(({ kind }) => !ROUTINE.includes(kind));
   }
 
   /** What to do next, and the jobs that do it. */
@@ -106,8 +122,9 @@ export class UnitView {
     const unit = this.#unit;
     if (unit === null || unit.unit !== this.#asked) return;
     const next = nextForRole(nextOf(unit, this.#open), roleHere());
-    $("unit-next").replaceChildren(next.text, ...(next.link ? [" ", Object.assign(element("a", next.link.text), { href: next.link.address })] : []),
-      ...(next.why ? [" ", ...obstacleParts(next.why).map((part) => (typeof part === "string" ? part : english(part.english)))] : []));
+    $("unit-next").replaceChildren(...withLink(next),
+      ...(next.why ? [" ", ...obstacleParts(next.why).map((part) => (typeof part === "string" ? part : english(part.english)))] : []),
+      ...(next.beside ? [" ", ...withLink(next.beside)] : []));
     this.#jobs.offer(unit, this.#open);
   }
 
@@ -121,9 +138,8 @@ export class UnitView {
       show($("unit-older-failure"), false);
     }
     this.#asked = serial;
-    this.#newest = null;
     say($("unit-title"), serial);
-    await this.#lookForEvents();
+    await this.#isNews().catch((error) => console.warn("no events:", error.message)); // the next look will tell
     await this.#load();
     if (serial === this.#asked) this.#jobs.open(serial);
   }
@@ -189,10 +205,10 @@ export class UnitView {
     this.#renderCurves();
   }
 
-  /** Points and noise belong to a model and to the runs that there are. */
+  /** Points and noise belong to a model, to the runs that there are and to what is left of those. */
   #wantMore() {
     const { unit, epoch, runs, newest_run_utc_s: newest, model } = this.#unit;
-    const key = JSON.stringify([unit, epoch, runs, newest, model?.version, model?.created_utc_s, this.#recorded]);
+    const key = JSON.stringify([unit, epoch, runs, newest, model?.version, model?.created_utc_s, this.#recorded, this.#taken]);
     if (this.#points.want(model && key)) {
       this.#rows = {};
       say($("unit-points"), "");
@@ -200,7 +216,7 @@ export class UnitView {
     this.#noise.want(key);
   }
 
-  /** Whether they were found. */
+  /** @returns {Promise<boolean | "busy">} whether they were found */
   async #loadPoints(isLate) {
     say($("unit-points"), U.sensors.reading);
     try {
@@ -213,7 +229,7 @@ export class UnitView {
       return true;
     } catch (error) {
       if (!isLate()) tell($("unit-points"), [U.sensors.failed, { english: error.message }]);
-      return false;
+      return isBusy(error) ? "busy" : false;
     }
   }
 
@@ -280,6 +296,12 @@ export class UnitView {
     $("unit-warnings-rest-list").replaceChildren(...rest.map(warningLine));
   }
 }
+
+/**
+ * A text with the link behind it, where it has one.
+ * @param {{text: string, link?: {text: string, address: string}}} told
+ */
+const withLink = ({ text, link }) => [text, ...(link ? [" ", Object.assign(element("a", link.text), { href: link.address })] : [])];
 
 /** Which units an open campaign is about, and what for. */
 const membersOf = (open) => JSON.stringify([open?.checks, open?.records]);

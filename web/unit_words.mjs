@@ -175,27 +175,23 @@ export function campaignToVerifyWith(campaigns, open) {
  */
 function nextOfOpen({ campaign, runs }, { of, stopped }) {
   if (!stopped) return { kind: null, text: U.next.checkRuns(campaign, runs, of) };
-  return { kind: null, text: U.next.checkStopped(campaign, runs, of), link: { text: U.next.toStation, address: "#station" } };
+  return { kind: null, text: U.next.checkStopped(campaign, runs, of), link: toStation() };
 }
+
+/** How many runs of a campaign the next fit of a unit takes: those of other campaigns do not count. */
+const recordedOf = ({ fit_campaigns: campaigns }, name) => campaigns.find(({ campaign }) => campaign === name)?.runs ?? 0;
+
+const toStation = () => ({ text: U.next.toStation, address: "#station" });
 
 /**
  * While the campaign is open that records the runs of the first fit.
  * @param {import("./documents.mjs").Unit} unit
  * @param {OpenCampaign} open
  */
-function nextOfRecorded({ to_fit: runs }, { name, of, stopped }) {
+function nextOfRecorded(unit, { name, of, stopped }) {
+  const runs = recordedOf(unit, name);
   if (!stopped) return { kind: null, text: U.next.recordRuns(name, runs, of) };
-  return { kind: null, text: U.next.recordStopped(name, runs, of), link: { text: U.next.toStation, address: "#station" } };
-}
-
-/**
- * While a campaign is open that records the unit for a fit, though it has a model already: that would lack the runs to come.
- * @param {import("./documents.mjs").Unit} unit
- * @param {OpenCampaign} open
- */
-function nextOfMoreRuns({ to_fit: runs }, { name, of, stopped }) {
-  if (!stopped) return { kind: null, text: U.next.moreRuns(name, runs, of) };
-  return { kind: null, text: U.next.moreRunsStopped(name, runs, of), link: { text: U.next.toStation, address: "#station" } };
+  return { kind: null, text: U.next.recordStopped(name, runs, of, unit.to_fit), link: toStation() };
 }
 
 /** Those in the way of a release that only a new fit settles. */
@@ -205,15 +201,16 @@ const BY_ENGINEER = ["release", "export"];
 
 /**
  * What is to be done next, as it is told to somebody of a role: who does it, where that is somebody else.
- * @template {{kind: string | null, text: string, link?: {text: string, address: string}}} Next
+ * @template {{kind: string | null, text: string, link?: {text: string, address: string}, beside?: {text: string, link?: {text: string, address: string}}}} Next
  * @param {Next} next as nextOf() says
  * @param {string | null} role null: the station has no accounts
  * @returns {Next}
  */
 export function nextForRole(next, role) {
-  if (BY_ENGINEER.includes(next.kind) && role !== null && role !== "engineer") return { ...next, text: `${next.text} ${U.next.byEngineer}` };
+  const told = role === "viewer" && next.beside ? { ...next, beside: { text: next.beside.text } } : next; // nor may they resume a campaign
+  if (BY_ENGINEER.includes(next.kind) && role !== null && role !== "engineer") return { ...told, text: `${next.text} ${U.next.byEngineer}` };
   const isWork = next.kind !== null || next.link?.address === "#station";
-  return isWork && role === "viewer" ? { ...next, text: `${next.text} ${U.next.byOperator}`, link: undefined } : next;
+  return isWork && role === "viewer" ? { ...told, text: `${next.text} ${U.next.byOperator}`, link: undefined } : told;
 }
 
 /**
@@ -225,15 +222,30 @@ export const isBeingChecked = ({ unit, verify_with }, open) =>
   open !== null && open.checks.includes(unit) && !verify_with.some(({ purpose }) => purpose === "verification");
 
 /**
- * What is to be done next: {kind, text, why, link}; `kind` of the job that does it, null where none does; `why`: in the station's words; `link`: {text, address} of
- * where it is done or described.
+ * What is to be done next: {kind, text, why, link, beside}; `kind` of the job that does it, null where none does; `why`: in the station's words; `link`:
+ * {text, address} of where it is done or described; `beside`: what can be done as well.
  * @param {import("./documents.mjs").Unit} unit
  * @param {OpenCampaign | null} [open] the campaign that is not over yet
- * @returns {{kind: string | null, text: string, why?: string[], link?: {text: string, address: string}}}
+ * @returns {{kind: string | null, text: string, why?: string[], link?: {text: string, address: string}, beside?: {text: string, link?: {text: string, address: string}}}}
  */
 export function nextOf(unit, open = null) {
+  const { model } = unit;
+  if (!open?.records.includes(unit.unit)) return nextByItself(unit, open);
+  if (model === null || model.epoch !== unit.epoch) return nextOfRecorded(unit, open);
+  const { name, of, stopped } = open;
+  const runs = recordedOf(unit, name);
+  // A model that was fitted before its campaign is over would lack the runs to come; a campaign that has stopped may never go on.
+  if (!stopped) return { kind: null, text: U.next.moreRuns(name, runs, of) };
+  return { ...nextByItself(unit, open), beside: { text: U.next.moreRunsStopped(name, runs, of), link: toStation() } };
+}
+
+/**
+ * The same where no campaign records the unit.
+ * @param {import("./documents.mjs").Unit} unit
+ * @param {OpenCampaign | null} open
+ */
+function nextByItself(unit, open) {
   const { model, verify_with } = unit;
-  if (open?.records.includes(unit.unit)) return model === null || model.epoch !== unit.epoch ? nextOfRecorded(unit, open) : nextOfMoreRuns(unit, open);
   if (model === null && unit.to_fit === 0) return { kind: null, text: U.next.record };
   if (model === null) return { kind: "fit", text: U.next.fit };
   if (model.epoch !== unit.epoch) return unit.to_fit > 0 ? { kind: "fit", text: U.next.changedFit } : { kind: null, text: U.next.changed, link: { text: U.next.newCampaign, address: "#station" } };

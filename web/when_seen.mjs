@@ -2,6 +2,7 @@
 // What takes the station a while is asked for once somebody comes near it.
 
 const NEAR = "400px"; // below and above what can be seen
+const ASK_AGAIN_MS = 5000; // a station that is busy
 
 /** Loads what belongs into a part of the page while that is near the view, once for each thing that it is to be of. */
 export class WhenSeen {
@@ -12,8 +13,8 @@ export class WhenSeen {
 
   /**
    * @param {Element} node
-   * @param {(isLate: () => boolean) => Promise<boolean>} load whether it was found; what was not is asked for again. `isLate()`: something
-   *   else is wanted by now
+   * @param {(isLate: () => boolean) => Promise<boolean | "busy">} load whether it was found; what was not is asked for again when somebody comes by once more,
+   *   or before long where the station was busy. `isLate()`: something else is wanted by now
    */
   constructor(node, load) {
     this.#load = load;
@@ -39,6 +40,8 @@ export class WhenSeen {
     if (!this.#near || key === null || key === this.#loaded) return;
     this.#loaded = key;
     const found = await this.#load(() => key !== this.#wanted);
-    if (!found && this.#loaded === key) this.#loaded = null;
+    if (found === true || this.#loaded !== key) return;
+    this.#loaded = null;
+    if (found === "busy") setTimeout(() => this.#follow(), ASK_AGAIN_MS);
   }
 }

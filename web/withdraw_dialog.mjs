@@ -7,11 +7,10 @@ import { RecordDialog } from "./record_dialog.mjs";
 import { U } from "./unit_words.mjs";
 
 /**
- * The versions that can be withdrawn here, the newest first: the newest model and those before it that are released.
+ * The versions that can be withdrawn here, the newest first: all that are not withdrawn, also those that break the rule of release by now.
  * @param {import("./documents.mjs").Unit} unit
  */
-export const versionsToWithdraw = ({ model, released_before: released }) =>
-  [...(model === null || model.state === "withdrawn" ? [] : [model.version]), ...released];
+export const versionsToWithdraw = ({ versions }) => versions.filter(({ state }) => state !== "withdrawn");
 
 export class WithdrawDialog {
   #serial = "";
@@ -32,8 +31,8 @@ export class WithdrawDialog {
   open(unit, user) {
     this.#serial = unit.unit;
     say($("withdraw-title"), U.withdraw.title(unit.unit));
-    $("withdraw-version").replaceChildren(...versionsToWithdraw(unit).map((version) =>
-      new Option(version === unit.model?.version ? U.jobs.newestVersion(version) : U.jobs.releasedVersion(version), String(version))));
+    $("withdraw-version").replaceChildren(...versionsToWithdraw(unit).map(({ version, state }) =>
+      new Option(version === unit.model?.version ? U.jobs.newestVersion(version) : U.jobs.olderVersion(version, U.states[state]), String(version))));
     this.#dialog.open(user);
   }
 }

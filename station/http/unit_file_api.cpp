@@ -47,23 +47,17 @@ Result<ExportRequest> file_asked_for(const Parameters& parameters) {
   return request;
 }
 
-/// The newest released model that keeps the rule now.
+/// The newest released model, which must keep the rule now: an older one is not given in its place, as `soak export
+/// --all` does not.
 Result<ReleaseCase> model_to_hand_over(const db::Catalog& catalog, const ExportRequest& request) {
-  const auto heads = catalog.models(request.unit);
-  if (!heads) return base::forward_error(heads);
-  std::string why;
-  for (auto head = heads->rbegin(); head != heads->rend(); ++head) {
-    if (head->state != "released") continue;
-    auto release = judge_release(catalog, *head, now_utc_s());
-    if (!release) return release;
-    if (release->obstacles.empty()) return release;
-    if (why.empty()) {
-      why = fmt::format("model {} of unit {} is released, but must not be handed over: {}", head->version, request.unit,
-                        fmt::join(release->obstacles, "; "));
-    }
-  }
-  if (why.empty()) why = fmt::format("no model of unit {} is released", request.unit);
-  return base::bad_input(why, "state");
+  const auto head = newest_released(catalog, request.unit);
+  if (!head) return base::forward_error(head);
+  if (!*head) return base::bad_input(fmt::format("no model of unit {} is released", request.unit), "state");
+  auto release = judge_release(catalog, **head, now_utc_s());
+  if (!release || release->obstacles.empty()) return release;
+  return base::bad_input(fmt::format("model {} of unit {} is released, but must not be handed over: {}",
+                                     (*head)->version, request.unit, fmt::join(release->obstacles, "; ")),
+                         "state");
 }
 
 /// Once of a model and format, however often it is asked for.

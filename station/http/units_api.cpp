@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "station/http/units_api.h"
 
+#include <fmt/format.h>
+
 #include <cstdint>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -109,24 +111,43 @@ struct NoiseSource {
   calib::UnitType type;
 };
 
-/// The noise of one sensor: its readings are read in one turn, and worked on when others have theirs.
-Result<json> noise_of(RunArchive& runs, const NoiseSource& source, calib::Sensor sensor) {
-  const std::optional<double> limit = noise_limit(source.type, sensor);
+/// The Allan document of one sensor, or {"reason"}: its readings are read in one turn, and worked on when others have
+/// theirs.
+Result<json> allan_of(RunArchive& runs, const StillSegment& still, calib::Sensor sensor) {
   std::optional<calib::SignalRecord> record;
   auto read = runs.in_turn([&](const db::Catalog& catalog) -> Result<json> {
-    auto found = record_at_rest(catalog, *source.still, sensor);
+    auto found = record_at_rest(catalog, still, sensor);
     if (found) {
       record = *std::move(found);
       return json();
     }
-    if (found.error().kind == base::ErrorKind::corrupt) return base::forward_error(found);
-    return judged_noise({{"reason", found.error().message}}, sensor, limit);
+    if (found.error().kind != base::ErrorKind::bad_input) return base::forward_error(found);
+    return json{{"reason", found.error().message}};
   });
   if (!read || !record) return read;
   return runs.compute([&]() -> Result<json> {
     const auto allan = calib::allan_json(*record, {});
-    return judged_noise(allan ? *allan : json{{"reason", allan.error().message}}, sensor, limit);
+    return allan ? *allan : json{{"reason", allan.error().message}};
   });
+}
+
+/// allan_of() each sensor that a segment has, by its name.
+Result<json> allans_of(RunArchive& runs, const StillSegment& still) {
+  json sensors = json::object();
+  for (const calib::Sensor sensor : calib::kSensors) {
+    if (still.segment.sensor[calib::index_of(sensor)].count == 0) continue;
+    auto allan = allan_of(runs, still, sensor);
+    if (!allan) return allan;
+    sensors[std::string(calib::name_of(sensor))] = *std::move(allan);
+  }
+  return sensors;
+}
+
+/// The samples of a sealed run never change: what is in them is found once.
+std::string name_of_rest(const StillSegment& still) {
+  const calib::SegmentKey& key = still.segment.key;
+  return fmt::format("noise {} {} {} {} {} {}", still.run.content_sha256, still.run.run_id, still.run.unit, key.visit,
+                     key.position, key.attempt);
 }
 
 Result<json> answer_unit_noise(RunArchive& runs, const Parameters& parameters) {
@@ -150,11 +171,11 @@ Result<json> answer_unit_noise(RunArchive& runs, const Parameters& parameters) {
                 {"reason", source.still ? json() : json(kNothingAtRest)}};
   });
   if (!answer || !source.still) return answer;
-  for (const calib::Sensor sensor : calib::kSensors) {
-    if (source.still->segment.sensor[calib::index_of(sensor)].count == 0) continue;
-    auto noise = noise_of(runs, source, sensor);
-    if (!noise) return noise;
-    (*answer)["sensors"][std::string(calib::name_of(sensor))] = *std::move(noise);
+  const auto allans = runs.once(name_of_rest(*source.still), [&] { return allans_of(runs, *source.still); });
+  if (!allans) return allans;
+  for (const auto& [name, allan] : allans->items()) {
+    const calib::Sensor sensor = *calib::sensor_named(name);
+    (*answer)["sensors"][name] = judged_noise(allan, sensor, noise_limit(source.type, sensor));
   }
   return answer;
 }

@@ -47,8 +47,8 @@ class EventLog {
   std::int64_t last_number_;  ///< begins at the host's clock: numbers rise from one soakd to the next
 };
 
-/// Temperatures over the process time of a campaign, for pages: at most some 8000 numbers, thinned evenly as they grow.
-/// Any thread may read.
+/// Temperatures over the process time of a campaign, for pages: at most some 8000 numbers, of more than 29 units at
+/// most 256 points, thinned evenly as they grow. Any thread may read.
 class TemperatureLog {
  public:
   /// Forgets everything; the units of the points to come.

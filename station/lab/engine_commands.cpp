@@ -282,9 +282,8 @@ void Engine::begin_campaign(const StartRequest& request, CheckedStart checked, c
   }
   way_back_ = resumed ? resumed->steps : std::vector<std::size_t>{0};
   way_at_ = 0;
-  reason_behind_way_.reset();
-  if (resumed) reason_behind_way_ = reason_of_start(request, WayBack{});
   show_state(CampaignState::running, reason_of_start(request, resumed), request.user);
+  if (resumed) reason_behind_way_ = reason_of_start(request, WayBack{});
   enter_step(way_back_.front());
 }
 

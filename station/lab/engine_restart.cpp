@@ -47,9 +47,18 @@ base::Status Engine::take_over() {
   return {};
 }
 
+/// How the last campaign ended, where it did not come to the end of its plan: it may be resumed, or may have left units
+/// cold, which nobody knows of after an abort either.
 base::Status Engine::restore_unfinished() {
   const auto last = catalog_.last_campaign();
   if (!last) return base::forward_error(last);
+  if (*last && (*last)->state == "aborted") {
+    state_ = CampaignState::aborted;
+    reason_ = (*last)->reason;
+    station_->campaign.name = (*last)->name;
+    if (note_.campaign == (*last)->name) state_user_ = note_.user;
+    return {};
+  }
   if (!*last || ((*last)->state != "interrupted" && (*last)->state != "failed")) return {};
   state_ = (*last)->state == "failed" ? CampaignState::failed : CampaignState::interrupted;
   reason_ = (*last)->reason;

@@ -291,6 +291,7 @@ void Engine::show_state(CampaignState state, const std::string& reason, const st
   state_ = state;
   reason_ = reason;
   state_user_ = user;
+  reason_behind_way_.reset();  // of the state before
   log_.add("campaign", station_->campaign.name,
            reason.empty() ? std::string(name_of(state)) : fmt::format("{}: {}", name_of(state), reason), user);
   keep_note();

@@ -231,11 +231,23 @@ base::Status record(db::Catalog& catalog, const HandOverRequest& request, const 
   });
 }
 
+/// The last part of a folder's path, however it is written: "hand-over/" and "." name one, too.
+std::string name_of_folder(const std::filesystem::path& folder) {
+  std::filesystem::path whole = std::filesystem::absolute(folder).lexically_normal();
+  if (!whole.has_filename()) whole = whole.parent_path();
+  return plain_file_name(whole.filename().string());
+}
+
+/// The archive until all is recorded: one that stands in its place is of use as long as this one is not whole.
+std::filesystem::path archive_in_the_making(const HandOverRequest& request) {
+  return std::filesystem::absolute(request.archive).string() + ".part";
+}
+
 /// All of the folder in one file, in a folder of the same name.
 base::Status write_archive(FolderInTheMaking& folder, const HandOverRequest& request,
                            const std::vector<ReleasedFile>& files, const std::string& manifest,
                            const std::string& signature) {
-  const std::string prefix = plain_file_name(request.folder.filename().string()) + '/';
+  const std::string prefix = name_of_folder(request.folder) + '/';
   TarArchive archive(now_utc_s());
   for (const ReleasedFile& file : files) {
     if (auto added = archive.add(prefix + file.name, file.content); !added) return added;
@@ -244,7 +256,19 @@ base::Status write_archive(FolderInTheMaking& folder, const HandOverRequest& req
   auto added = archive.add(prefix + signature_path_of(name).string(), signature);
   if (added) added = archive.add(prefix + name, manifest);
   if (!added) return added;
-  return folder.write(std::filesystem::absolute(request.archive).string(), archive.finish());
+  return folder.write(archive_in_the_making(request).string(), archive.finish());
+}
+
+/// Puts the archive into its place once the folder is whole.
+base::Status place_archive(const HandOverRequest& request) {
+  if (request.archive.empty()) return {};
+  std::error_code error;
+  std::filesystem::rename(archive_in_the_making(request), std::filesystem::absolute(request.archive), error);
+  if (!error) return {};
+  std::error_code ignored;
+  std::filesystem::remove(archive_in_the_making(request), ignored);
+  return base::fail(base::ErrorKind::internal, "the folder is whole, its archive cannot be written: " + error.message(),
+                    request.archive);
 }
 
 /// The manifest is written last: a folder without one is not whole.
@@ -263,7 +287,7 @@ base::Status write_folder(db::Catalog& catalog, const HandOverRequest& request, 
   if (!written) return written;
   if (auto recorded = record(catalog, request, files); !recorded) return recorded;
   folder.keep();
-  return {};
+  return place_archive(request);
 }
 
 }  // namespace

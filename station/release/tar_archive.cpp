@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <numeric>
+#include <optional>
 #include <utility>
 
 namespace soak::station {
@@ -15,6 +16,7 @@ namespace {
 
 constexpr std::size_t kTarBlock = 512;
 constexpr std::size_t kLongestTarName = 100;
+constexpr std::size_t kLongestTarPrefix = 155;
 constexpr std::uint64_t kMostTarBytes = std::uint64_t{1} << 33U;  // eleven octal digits
 
 // Where the fields of a header begin.
@@ -26,15 +28,34 @@ constexpr std::size_t kTimeAt = 136;
 constexpr std::size_t kChecksumAt = 148;
 constexpr std::size_t kTypeAt = 156;
 constexpr std::size_t kMagicAt = 257;
+constexpr std::size_t kPrefixAt = 345;
 
 void put_field(std::string& header, std::size_t at, std::string_view text) {
   std::ranges::copy(text, header.begin() + static_cast<std::ptrdiff_t>(at));
 }
 
+/// A path as a header holds it: `prefix` and `name` with a slash between them.
+struct TarName {
+  std::string_view prefix;
+  std::string_view name;
+};
+
+/// Nothing where there is no slash at which both parts have room.
+std::optional<TarName> split_name(std::string_view path) {
+  if (path.empty()) return std::nullopt;
+  if (path.size() <= kLongestTarName) return TarName{{}, path};
+  const std::size_t slash = path.find('/', path.size() - kLongestTarName - 1);
+  if (slash == std::string_view::npos || slash == 0 || slash > kLongestTarPrefix || slash + 1 == path.size()) {
+    return std::nullopt;
+  }
+  return TarName{path.substr(0, slash), path.substr(slash + 1)};
+}
+
 /// The checksum counts its own field as spaces.
-std::string tar_header(std::string_view name, std::size_t bytes, long long utc_s) {
+std::string tar_header(const TarName& path, std::size_t bytes, long long utc_s) {
   std::string header(kTarBlock, '\0');
-  put_field(header, 0, name);
+  put_field(header, 0, path.name);
+  put_field(header, kPrefixAt, path.prefix);
   put_field(header, kModeAt, "0000644");
   put_field(header, kOwnerAt, "0000000");
   put_field(header, kGroupAt, "0000000");
@@ -55,13 +76,16 @@ std::string tar_header(std::string_view name, std::size_t bytes, long long utc_s
 TarArchive::TarArchive(double utc_s) : utc_s_(std::max(0LL, std::llround(utc_s))) {}
 
 base::Status TarArchive::add(std::string_view name, std::string_view content) {
-  if (name.empty() || name.size() > kLongestTarName) {
-    return base::bad_input(fmt::format("a name in a tar file has 1 to {} bytes", kLongestTarName), std::string(name));
+  const auto path = split_name(name);
+  if (!path) {
+    return base::bad_input(fmt::format("a name in a tar file has 1 to {} bytes, its folders at most {} before that",
+                                       kLongestTarName, kLongestTarPrefix),
+                           std::string(name));
   }
   if (content.size() >= kMostTarBytes) {
     return base::fail(base::ErrorKind::internal, "too large for a tar file", std::string(name));
   }
-  bytes_ += tar_header(name, content.size(), utc_s_);
+  bytes_ += tar_header(*path, content.size(), utc_s_);
   bytes_ += content;
   bytes_.append((kTarBlock - content.size() % kTarBlock) % kTarBlock, '\0');
   return {};

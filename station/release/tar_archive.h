@@ -15,8 +15,8 @@ class TarArchive {
  public:
   /// `utc_s`: time of the files, Unix time.
   explicit TarArchive(double utc_s);
-  /// Refuses (bad_input) a name of no or more than 100 bytes, and (internal) content of 8 GiB or more: the format has
-  /// no room for them.
+  /// Refuses (bad_input) no name, one of more than 100 bytes, of which up to 155 more may be folders in front of it,
+  /// and (internal) content of 8 GiB or more: the format has no room for them.
   [[nodiscard]] base::Status add(std::string_view name, std::string_view content);
   /// The archive with its end; no file can be added afterwards.
   [[nodiscard]] std::string finish();

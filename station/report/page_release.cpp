@@ -48,7 +48,9 @@ std::string released_text(const json& release) {
   return obstacles.size() == 1 ? text : fmt::format("{}, and {} more", text, obstacles.size() - 1);
 }
 
+/// Only of what may be handed over: nothing else is valid until anything.
 std::string expiry_text(const json& release) {
+  if (release["state"] != "released" || !release["obstacles"].empty()) return "–";
   const json& expires = member(release, "expires_utc_s");
   return expires.is_number() ? iso_date(expires.get<double>()) : "no date is set";
 }

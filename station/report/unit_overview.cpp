@@ -15,10 +15,9 @@
 
 #include "calib/judge/warning_list.h"
 #include "calib/model/model_document.h"
-#include "station/io/host.h"
 #include "station/nav/free_inertial.h"
 #include "station/records/calibration_reader.h"
-#include "station/release/release_rule.h"
+#include "station/report/model_versions.h"
 #include "station/report/runs_of_model.h"
 #include "station/report/term_text.h"
 
@@ -53,6 +52,17 @@ json run_counts(const std::vector<db::RunRow>& runs, const db::UnitRow& unit) {
     newest_utc_s = std::max(newest_utc_s, run.created_utc_s);
   }
   return {{"runs", number}, {"to_fit", to_fit}, {"newest_run_utc_s", newest_utc_s > 0.0 ? json(newest_utc_s) : json()}};
+}
+
+/// Campaigns with runs that the next fit takes, by name: [{"campaign", "runs"}].
+json fit_campaigns(const std::vector<db::RunRow>& runs, const db::UnitRow& unit) {
+  std::map<std::string, std::size_t> number;
+  for (const db::RunRow& run : runs) {
+    if (run.unit == unit.serial && can_be_fitted(run, unit)) ++number[run.campaign];
+  }
+  json list = json::array();
+  for (const auto& [campaign, count] : number) list.push_back({{"campaign", campaign}, {"runs", count}});
+  return list;
 }
 
 /// Campaigns with runs for a verification, the newest first: [{"campaign", "units"}]. Only units that can be verified
@@ -197,26 +207,6 @@ base::Status add_model(const db::Catalog& catalog, const db::ModelRow& model, js
   return {};
 }
 
-/// `released_before`, the versions before the newest one that are released and keep the rule of release now, the newest
-/// of them first; and those of them that are of simulated data.
-base::Status add_released_before(const db::Catalog& catalog, const std::string& serial, json& overview) {
-  const auto heads = catalog.models(serial);
-  if (!heads) return base::forward_error(heads);
-  json versions = json::array();
-  json simulated = json::array();
-  for (auto head = heads->rbegin(); head != heads->rend(); ++head) {
-    if (head == heads->rbegin() || head->state != "released") continue;
-    const auto release = judge_release(catalog, *head, now_utc_s());
-    if (!release) return base::forward_error(release);
-    if (!release->obstacles.empty()) continue;
-    versions.push_back(head->version);
-    if (release->calibration.simulated) simulated.push_back(head->version);
-  }
-  overview["released_before"] = std::move(versions);
-  overview["simulated_before"] = std::move(simulated);
-  return {};
-}
-
 base::Result<db::UnitRow> known_unit(const db::Catalog& catalog, const std::string& serial) {
   auto unit = catalog.unit(serial);
   if (!unit) return base::forward_error(unit);
@@ -285,7 +275,10 @@ base::Result<json> unit_overview(const db::Catalog& catalog, const std::string& 
                    {"verify_with", json::array()},
                    {"fitted_to", json::array()}};
   overview.update(run_counts(*runs, *unit));
-  if (auto added = add_released_before(catalog, serial, overview); !added) return base::forward_error(added);
+  overview["fit_campaigns"] = fit_campaigns(*runs, *unit);
+  const auto versions = model_versions(catalog, *unit);
+  if (!versions) return versions;
+  overview.update(*versions);
   if (*model) {
     if (auto added = add_model(catalog, **model, overview); !added) return base::forward_error(added);
   }

@@ -28,7 +28,9 @@ base::Result<calib::SignalRecord> record_at_rest(const db::Catalog& catalog, con
   constexpr std::size_t kMostSamples = std::size_t{1} << 22U;
   const RunPart part{{.unit = still.run.unit, .campaign = still.run.campaign, .run = still.run.run_id},
                      still.segment.key.visit,
-                     still.segment.key.position};
+                     still.segment.key.position,
+                     still.segment.key.attempt,
+                     kMostSamples};
   auto record = read_run_signal(catalog, part, std::string(calib::name_of(sensor)));
   if (record && record->values.size() > kMostSamples) {
     record->values.resize(kMostSamples);

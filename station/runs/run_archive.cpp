@@ -119,6 +119,18 @@ base::Result<json> WorkedOut::of(const std::string& unit, const json& job, const
   return found;
 }
 
+std::optional<json> KeptAnswers::find(const std::string& key) const {
+  const std::lock_guard lock(mutex_);
+  const auto found = std::ranges::find(kept_, key, &std::pair<std::string, json>::first);
+  return found == kept_.end() ? std::nullopt : std::optional(found->second);
+}
+
+void KeptAnswers::keep(const std::string& key, json answer) {
+  const std::lock_guard lock(mutex_);
+  kept_.emplace_back(key, std::move(answer));
+  if (kept_.size() > kMostKept) kept_.pop_front();
+}
+
 RunArchive::RunArchive(std::filesystem::path data_folder) : data_folder_(std::move(data_folder)) {}
 
 base::Result<std::unique_lock<std::timed_mutex>> RunArchive::Turn::take() {
@@ -147,6 +159,16 @@ base::Result<json> RunArchive::compute(const std::function<base::Result<json>()>
   const auto turn = computations_.take();
   if (!turn) return base::forward_error(turn);
   return work();
+}
+
+base::Result<json> RunArchive::once(const std::string& key, const std::function<base::Result<json>()>& work) {
+  if (auto known = kept_.find(key)) return *std::move(known);
+  const auto turn = long_works_.take();
+  if (!turn) return base::forward_error(turn);
+  if (auto known = kept_.find(key)) return *std::move(known);  // the one before has found the same
+  auto found = work();
+  if (found) kept_.keep(key, *found);
+  return found;
 }
 
 base::Result<json> RunArchive::list(const db::RunFilter& filter) {

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <filesystem>
 #include <functional>
 #include <map>
@@ -12,6 +13,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "base/result.h"
@@ -64,6 +66,19 @@ class WorkedOut {
   std::map<std::string, OfUnit> of_unit_;
 };
 
+/// What was worked out of something that never changes, such as the samples of a sealed run. Any thread may call.
+class KeptAnswers {
+ public:
+  static constexpr std::size_t kMostKept = 64;  ///< the newest
+
+  [[nodiscard]] std::optional<nlohmann::json> find(const std::string& key) const;
+  void keep(const std::string& key, nlohmann::json answer);
+
+ private:
+  mutable std::mutex mutex_;
+  std::deque<std::pair<std::string, nlohmann::json>> kept_;
+};
+
 /// The stored runs of a data folder for whoever looks at them beside the engine: over connections to the catalog of its
 /// own, one question at a time, so that many of them take one processor at most and recordings and commands go on.
 /// A few questions may wait, more are refused (internal, where == kBusy); all of them are while the folder is gone
@@ -97,6 +112,11 @@ class RunArchive {
   [[nodiscard]] WorkedOut& worked_out() { return worked_out_; }
   /// What takes long with what a question has found: one at a time, refused like questions, but none of these waits.
   [[nodiscard]] base::Result<nlohmann::json> compute(const std::function<base::Result<nlohmann::json>()>& work);
+  /// What `work`, which may ask and compute in many turns, makes of what never changes and has that key: worked out
+  /// once, by one thread at a time, and kept (KeptAnswers); refused like questions, but none of these waits. An error
+  /// is not kept.
+  [[nodiscard]] base::Result<nlohmann::json> once(const std::string& key,
+                                                  const std::function<base::Result<nlohmann::json>()>& work);
 
  private:
   /// What one thread has at a time, for which a few may wait.
@@ -113,6 +133,8 @@ class RunArchive {
   std::filesystem::path data_folder_;
   Turn questions_;
   Turn computations_;
+  Turn long_works_;
+  KeptAnswers kept_;
   WorkedOut worked_out_;
 };
 

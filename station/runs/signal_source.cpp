@@ -6,6 +6,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <iterator>
 #include <limits>
 #include <string_view>
 #include <utility>
@@ -200,16 +202,21 @@ calib::signal::SampleGrid grid_at(double rate_hz, std::vector<double> values) {
   return grid;
 }
 
-/// Values [first, first + count) of a channel in printed units.
-base::Result<std::vector<double>> read_values(const db::RunFileReader& file, std::size_t stream, std::size_t channel,
-                                              std::uint64_t first, std::uint64_t count) {
-  const db::ChannelInfo& info = file.streams()[stream].channels[channel];
-  const auto column = file.read(stream, channel, first, count);
+/// A channel of a run file.
+struct ChannelOf {
+  std::size_t stream = 0;
+  std::size_t channel = 0;
+};
+
+/// Appends rows of a channel in printed units.
+base::Status append_values(const db::RunFileReader& file, const ChannelOf& of, const db::RowSpan& rows,
+                           std::vector<double>& values) {
+  const db::ChannelInfo& info = file.streams()[of.stream].channels[of.channel];
+  const auto column = file.read(of.stream, of.channel, rows.first, rows.count);
   if (!column) return base::forward_error(column);
-  std::vector<double> values = db::values_of(*column, info.scale, info.offset);
-  const Conversion convert = conversion_to_csv(info.unit);
-  for (double& value : values) value = convert(value);
-  return values;
+  const std::vector<double> read = db::values_of(*column, info.scale, info.offset);
+  std::ranges::transform(read, std::back_inserter(values), conversion_to_csv(info.unit));
+  return {};
 }
 
 /// The channel of the stream that goes by this name or by this canonical header.
@@ -248,8 +255,9 @@ base::Result<Selection> matching_segments(const db::Catalog& catalog, const db::
   if (!all) return base::forward_error(all);
   Selection selection;
   for (calib::Segment& segment : *all) {
-    const bool wanted =
-        (!part.visit || segment.key.visit == *part.visit) && (!part.position || segment.key.position == *part.position);
+    const bool wanted = (!part.visit || segment.key.visit == *part.visit) &&
+                        (!part.position || segment.key.position == *part.position) &&
+                        (!part.attempt || segment.key.attempt == *part.attempt);
     if (!wanted) continue;
     if (gate_rejects(segment, sensor)) {
       ++selection.rejected;
@@ -304,21 +312,21 @@ base::Result<calib::SignalRecord> read_run_signal(const db::Catalog& catalog, co
   if (!channel) return base::forward_error(channel);
   const auto selection = matching_segments(catalog, *run, part, calib::sensor_named(channels[*channel].name));
   if (!selection) return base::forward_error(selection);
-  const auto all_t_s = read_values(*file, *stream, 0, 0, file->rows(*stream));
-  if (!all_t_s) return base::forward_error(all_t_s);
-
   std::vector<double> t_s;
   std::vector<double> values;
   std::vector<std::size_t> breaks;
   for (const calib::Segment& segment : selection->segments) {
-    const auto first = std::lower_bound(all_t_s->begin(), all_t_s->end(), segment.t_start_s);
-    const auto last = std::upper_bound(first, all_t_s->end(), segment.t_end_s);
-    const auto rows = read_values(*file, *stream, *channel, static_cast<std::uint64_t>(first - all_t_s->begin()),
-                                  static_cast<std::uint64_t>(last - first));
-    if (!rows) return base::forward_error(rows);
+    const auto span = file->rows_between(*stream, segment.t_start_s, segment.t_end_s);
+    if (!span) return base::forward_error(span);
+    const std::uint64_t left = part.most_rows.value_or(UINT64_MAX) - values.size();
+    const std::uint64_t count = std::min(span->count, left);
     breaks.push_back(values.size());
-    t_s.insert(t_s.end(), first, last);
-    values.insert(values.end(), rows->begin(), rows->end());
+    if (auto read = append_values(*file, {*stream, 0}, {span->first, count}, t_s); !read) {
+      return base::forward_error(read);
+    }
+    if (auto read = append_values(*file, {*stream, *channel}, {span->first, count}, values); !read) {
+      return base::forward_error(read);
+    }
   }
   auto grid = calib::signal::equally_spaced(t_s, values, breaks);
   if (!grid) return base::bad_input(grid.error().message, fmt::format("run {}, {}", run->label, channel_name));

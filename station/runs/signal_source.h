@@ -25,14 +25,17 @@ namespace soak::station {
 /// Part of a stored run.
 struct RunPart {
   db::RunFilter run;
-  std::optional<std::int32_t> visit;    ///< only segments of this visit
-  std::optional<std::string> position;  ///< only segments in this position
+  std::optional<std::int32_t> visit;            ///< only segments of this visit
+  std::optional<std::string> position;          ///< only segments in this position
+  std::optional<std::int32_t> attempt = {};     ///< only segments of this attempt
+  std::optional<std::uint64_t> most_rows = {};  ///< no more are read
 };
 
 /// One channel of a stored run, in deg/s and m/s²: the rows of its segments that no void record withdraws, each segment
 /// a stretch of its own; those that the data gate rejected, whole or for this sensor, are left out. `channel` is a name
 /// of `soak runs show` (gyro_x) or of canonical CSV (gx_dps). Where the run has no segments that match, it is refused
-/// with those it has. Reads the samples of the segments only.
+/// with those it has. Reads times and samples of the segments
+/// only.
 [[nodiscard]] base::Result<calib::SignalRecord> read_run_signal(const db::Catalog& catalog, const RunPart& part,
                                                                 const std::string& channel);
 

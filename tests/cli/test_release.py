@@ -8,6 +8,7 @@ import os
 import pathlib
 import signal
 import subprocess
+import tarfile
 import time
 import unittest
 
@@ -576,6 +577,26 @@ class HandOver(ReleaseTest):
         self.assertIn("1 of 2 units are damaged, and these were not released: SN1", done.stderr)
         left_out = self.soak_json("export-all", *self.arguments())["left_out"]
         self.assertEqual([one["unit"] for one in left_out], ["SN1"])
+
+    def test_the_archive_holds_a_folder_of_the_name_of_the_one_that_was_written(self):
+        self.released()
+        archive = self.folder / "x.tar"
+        for out, name in ((f"{self.out}/", "released"), (self.folder / ("f" * 90), "f" * 90)):
+            with self.subTest(name):
+                words = [out if word == self.out else word for word in self.arguments("--archive", archive)]
+                self.soak_json("export-all", *words)
+                with tarfile.open(archive) as packed:
+                    self.assertEqual(sorted(packed.getnames()), sorted(f"{name}/{file}" for file in (f"{SERIAL}.soakcal", "manifest.json", "manifest.json.sig")))
+
+    def test_an_older_archive_stays_where_a_hand_over_fails(self):
+        self.released()
+        archive = self.folder / "x.tar"
+        archive.write_bytes(b"older")
+        self.enter("CREATE TRIGGER no_room BEFORE INSERT ON calibration BEGIN SELECT RAISE(ABORT, 'no room'); END")
+        self.refusal(*self.arguments("--archive", archive), status=2)
+        self.assertEqual(archive.read_bytes(), b"older")
+        self.assertEqual([path.name for path in self.folder.glob("x.tar*")], ["x.tar"])
+        self.assertFalse(self.out.exists())
 
     @long_test
     def test_a_full_disk_leaves_nothing_behind(self):

@@ -5,6 +5,7 @@ import contextlib
 import os
 import pathlib
 import random
+import re
 import sqlite3
 import struct
 import threading
@@ -217,6 +218,40 @@ class Restart(LabTest):
         self.lab.soak("campaign", "abort", "--reason", "wrong unit")
         self.assertEqual(self.wait_for_end()["state"], "aborted")
         self.assertEqual(self.query("SELECT DISTINCT label FROM run JOIN void USING (run_id) WHERE visit IS NULL"), [("R01",)])
+
+    def test_an_aborted_campaign_stays_one_for_the_next_soakd(self):
+        """It may have left units cold: to the page an idle station is one that may be opened by its air alone."""
+        self.start_lab(rate=400)
+        self.start_campaign(short_procedure(set_points=SET_POINTS_C, positions=POSITIONS))
+        self.wait_for_visit(0)
+        self.lab.soak("campaign", "abort", "--reason", "wrong unit", "--user", "Eva")
+        ended = self.wait_for_end()
+        self.assertEqual(ended["state"], "aborted")
+        end(self.lab.soakd)
+        self.lab.start_soakd()
+        status = self.status()
+        self.check_schema(status, "campaign-status")
+        self.assertEqual((status["state"], status["reason"], status["resumable"]), ("aborted", ended["reason"], None))
+        self.soak_fails(2, "campaign", "resume")
+        self.start_campaign(short_procedure(set_points=SET_POINTS_C, positions=POSITIONS), name="next")
+        self.assertEqual(self.status()["state"], "running")
+
+    @long_test
+    def test_the_reason_is_that_of_whoever_resumed_last(self):
+        self.start_lab(rate=200)
+        self.start_campaign(short_procedure(set_points=SET_POINTS_C, positions=POSITIONS))
+        self.wait_for_visit(2)
+        end(self.lab.soakd)
+        self.lab.start_soakd()
+        self.wait_for_end()
+        self.lab.soak("campaign", "resume", "--user", "Eva")
+        first = self.wait("a visit", lambda s: "visit " in s["campaign"]["step_text"] and not s["campaign"]["on_way_back"])
+        visit = int(re.search(r"visit (\d+),", first["campaign"]["step_text"])[1])
+        self.lab.soak("campaign", "pause", "--user", "Bob")
+        self.lab.soak("campaign", "resume", "--user", "Bob")
+        self.assertEqual(self.status()["reason"], "resumed by Bob")
+        self.wait_for_visit(visit + 1)
+        self.assertEqual(self.status()["reason"], "resumed by Bob")
 
     def test_a_second_soakd_is_refused_the_data_folder(self):
         self.start_lab()

@@ -334,6 +334,24 @@ TEST(ReportPageTest, TheCertificateSaysWhoVerifiedAndReleasedAndLeavesLinesToBeF
   EXPECT_EQ(page.find("soak verify"), std::string::npos);
 }
 
+TEST(ReportPageTest, OnlyWhatMayBeHandedOverIsValidUntilADay) {
+  json with = document("SN1", 3, 10);
+  json& release = with["sections"]["release"];
+  release = {{"state", "released"},
+             {"verification", nullptr},
+             {"released", {{"utc_s", 1.8e9}, {"user", "eva"}}},
+             {"expires_utc_s", 1.9e9},
+             {"obstacles", json::array()}};
+  const auto names_the_day = [&] { return report_page(with).find("2030-03-17") != std::string::npos; };
+  EXPECT_TRUE(names_the_day());
+  release["obstacles"] = {"its last verification, against campaign 'check', says fail, not pass: fit again"};
+  EXPECT_FALSE(names_the_day());
+  for (const char* state : {"fitted", "verified", "withdrawn"}) {
+    release["state"] = state;
+    EXPECT_FALSE(names_the_day()) << state;
+  }
+}
+
 TEST(ReportPageTest, EveryPrintedPageHasTheNumberOfTheCertificateAndItsOwn) {
   const std::string page = report_page(document("A\"}</style>", 3, 10));
   EXPECT_NE(page.find("A\\22 \\7d \\3c \\2f style\\3e "), std::string::npos);

@@ -4,8 +4,11 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <chrono>
 #include <nlohmann/json.hpp>
+#include <string>
 #include <thread>
+#include <vector>
 
 #include "tests/errors.h"
 #include "tests/station/stored_runs.h"
@@ -214,6 +217,45 @@ TEST_F(Archive, WhatIsWorkedOutOfAUnitIsAskedAgainWithAnotherVerificationAndAfte
   EXPECT_EQ(*says({{"id", 1}}, json("failed")), "failed");
   EXPECT_EQ(*says({{"id", 1}}, json("not asked")), "failed");
   EXPECT_EQ(*says({{"id", 2}}, json("passed")), "passed");
+}
+
+TEST_F(Archive, WhatNeverChangesIsWorkedOutOnceThoughSeveralAskAtATime) {
+  std::atomic<int> worked = 0;
+  const auto ask = [&] {
+    const auto answer = archive_.once("noise of r1", [&]() -> base::Result<json> {
+      std::this_thread::sleep_for(std::chrono::milliseconds(50));
+      return archive_.compute([&]() -> base::Result<json> { return json(++worked); });
+    });
+    ASSERT_TRUE(answer);
+    EXPECT_EQ(*answer, 1);
+  };
+  std::vector<std::jthread> threads;
+  for (int i = 0; i < 4; ++i) threads.emplace_back(ask);
+  threads.clear();
+  ask();
+  EXPECT_EQ(worked, 1);
+}
+
+TEST_F(Archive, OthersHaveTheirTurnWhileOneThingIsWorkedOut) {
+  const auto answer = archive_.once("noise of r1", [&]() -> base::Result<json> {
+    EXPECT_TRUE(archive_.list({}));
+    EXPECT_TRUE(archive_.compute([]() -> base::Result<json> { return json(1); }));
+    return json(2);
+  });
+  EXPECT_EQ(answer.value(), 2);
+}
+
+TEST_F(Archive, KeepsTheNewestAnswersAndNoError) {
+  int worked = 0;
+  const auto ask = [&](const std::string& key) {
+    return archive_.once(key, [&]() -> base::Result<json> { return json(++worked); });
+  };
+  EXPECT_FALSE(archive_.once("first", []() -> base::Result<json> { return base::bad_input("not now"); }));
+  EXPECT_EQ(ask("first").value(), 1);
+  for (std::size_t i = 1; i < KeptAnswers::kMostKept; ++i) EXPECT_TRUE(ask(std::to_string(i)));
+  EXPECT_EQ(ask("first").value(), 1);
+  EXPECT_TRUE(ask("one more"));
+  EXPECT_EQ(ask("first").value(), worked) << "it was the oldest";
 }
 
 }  // namespace

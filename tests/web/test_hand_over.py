@@ -185,6 +185,54 @@ class HandOver(BrowserTest):
         self.see("#unit-verdict-text", "by Bob: wrong reference")
         self.see("#unit-next", "this model is withdrawn, nobody may use it")
 
+    def runs_of(self, campaign):
+        return [run for run in self.soakd.get("runs", unit=SERIAL)["runs"] if run["campaign"] == campaign]
+
+    def test_an_open_page_heeds_that_data_were_withdrawn_in_a_terminal(self):
+        """The event is about the run: neither the unit nor its model is the subject."""
+        self.job(kind="release", unit=SERIAL)
+        self.open_unit(SERIAL)
+        self.see("#unit-verdict-title", "PASS")
+        self.see("#unit-badges", "released")
+        run = self.runs_of("verification")[0]
+        self.soakd.soak("runs", "void", run["run_id"], "--unit", SERIAL, "--campaign", "verification", "--reason", "door was open", "--user", "Bob")
+        self.see("#unit-verdict-title", "NOT JUDGED")
+        self.see("#unit-jobs", "PASS, void since")
+
+    def test_points_and_noise_are_read_anew_once_a_visit_was_withdrawn(self):
+        self.open_unit(SERIAL)
+        self.browser.run("document.querySelector('#unit-noise').scrollIntoView()")
+        self.see("#unit-noise-said", "From the longest rest")
+        self.browser.run("document.querySelector('#unit-curves').scrollIntoView()")
+        asked = "return performance.getEntriesByType('resource').map(({ name }) => name).filter((name) => /unit\\/noise|model\\/rows/.test(name)).length"
+        self.browser.wait(asked.replace(".length", ".length >= 2"))
+        before = self.browser.run(asked)
+        run = self.runs_of("verification")[0]
+        self.browser.run("location.hash = '#runs'")
+        self.soakd.post("run/void", run=run["run_id"], unit=SERIAL, visit=0, reason="door was open", user="Bob")
+        self.browser.run("location.hash = arguments[0]", "#" + urllib.parse.urlencode({"unit": SERIAL}))
+        self.browser.wait(f"document.querySelector('#unit-noise').scrollIntoView(); {asked.replace('.length', f'.length > {before}')}")
+        self.browser.wait(f"document.querySelector('#unit-curves').scrollIntoView(); {asked.replace('.length', f'.length >= {before + 2}')}")
+
+    def test_a_file_of_a_model_whose_data_were_withdrawn_is_void_also_behind_a_newer_model(self):
+        self.job(kind="release", unit=SERIAL)
+        self.job(kind="export", unit=SERIAL, format="blob", simulated=True)
+        calibration = self.soakd.get("unit", unit=SERIAL)["fitted_to"][0]["campaign"]
+        run = self.runs_of(calibration)[0]
+        self.soakd.post("run/void", run=run["run_id"], unit=SERIAL, visit=0, reason="door was open", user="Bob")
+        self.soakd.soak("fit", "--unit", SERIAL, "--rules", "2")
+        unit = self.soakd.get("unit", unit=SERIAL)
+        check_schema(unit, "http-unit")
+        newest, released = unit["versions"]
+        self.assertEqual((newest["version"], newest["state"], newest["void"]), (2, "fitted", None))
+        self.assertEqual((released["version"], released["state"], unit["released_before"]), (1, "released", []))
+        self.assertIn("withdrawn", released["void"])
+        self.assertEqual(sum(campaign["runs"] for campaign in unit["fit_campaigns"]), unit["to_fit"])
+        self.open_unit(SERIAL)
+        self.see("#unit-jobs", "Made from model 1. Data that this rests on were withdrawn since: void, do not use it.")
+        self.browser.click("#unit-withdraw")
+        self.see("#withdraw-version", "1, older, released")
+
     def test_what_is_released_is_handed_over_in_one_archive_with_its_manifest(self):
         self.job(kind="release", unit=SERIAL)
         self.assertEqual(self.soakd.refusal("jobs", kind="export_all", format="blob"), (400, "sign"), "there is no key")
@@ -295,6 +343,21 @@ class HandOver(BrowserTest):
             self.assertEqual(self.unit_file(**wrong)[:2], (400, where), wrong)
         self.soakd.soak("model", "retire", "--unit", SERIAL, "--model", "1", "--reason", "wrong reference", "--user", "Eva")
         self.assertEqual(self.unit_file(unit=SERIAL, format="json", simulated="true")[:2], (409, "state"))
+
+    def test_no_older_file_is_given_in_place_of_the_newest_released_one(self):
+        """As `soak export --all --released` leaves the unit out: whoever asks would not see that it is another model."""
+        self.job(kind="release", unit=SERIAL)
+        self.soakd.soak("fit", "--unit", SERIAL, "--rules", "3")
+        self.verify(SERIAL)
+        self.job(kind="release", unit=SERIAL)
+        self.assertEqual(self.unit_file(unit=SERIAL, format="json", simulated="true")[0], 200)
+        # A failed verification of the newest one alone.
+        self.soakd.limits('name = "generic"\n[limits]\ngyro = 1e-9\naccel = 1e-9\n')
+        self.assertEqual(self.job(kind="verify", unit=SERIAL, campaign="verification")["result"]["verdict"], "fail")
+        self.assertEqual(self.soakd.get("unit", unit=SERIAL)["released_before"], [1])
+        status, where, why = self.unit_file(unit=SERIAL, format="json", simulated="true")
+        self.assertEqual((status, where), (409, "state"))
+        self.assertIn(f"model 2 of unit {SERIAL} is released, but must not be handed over", why)
 
     @long_test
     def test_a_released_model_before_the_newest_is_exported_where_it_is_chosen(self):

@@ -152,7 +152,7 @@ class Words(BrowserTest):
 
     def test_a_unit_is_not_to_be_fitted_while_its_campaign_records_it(self):
         self.browser.go(self.soakd.url)
-        unit = {"unit": "SN1", "to_fit": 2, "model": None, "verify_with": []}
+        unit = {"unit": "SN1", "to_fit": 5, "fit_campaigns": [{"campaign": "autumn", "runs": 3}, {"campaign": "week", "runs": 2}], "model": None, "verify_with": []}
 
         def told(stopped, records):
             return self.browser.run("const given = arguments; return import('/unit_words.mjs').then((words) => words.nextOf(...given))",
@@ -165,16 +165,32 @@ class Words(BrowserTest):
     def test_a_unit_that_has_a_model_waits_for_the_runs_that_its_campaign_still_records(self):
         self.browser.go(self.soakd.url)
         verification = {"stale": None, "job": {"id": 1, "result": {"verdict": "pass", "model": 1}}, "warnings": []}
-        unit = {"unit": "SN1", "epoch": 0, "to_fit": 4, "exported": None, "warnings": [], "verify_with": [], "verification": verification, "gap": {"find": None},
-                "model": {"version": 1, "epoch": 0, "state": "verified", "terms": []}, "release": {"obstacles": [], "expires": None}}
+        unit = {"unit": "SN1", "epoch": 0, "to_fit": 7, "fit_campaigns": [{"campaign": "autumn", "runs": 3}, {"campaign": "week", "runs": 4}], "exported": None, "warnings": [],
+                "verify_with": [], "verification": verification, "gap": {"find": None}, "model": {"version": 1, "epoch": 0, "state": "verified", "terms": []}, "release": {"obstacles": [], "expires": None}}
 
         def told(stopped, records):
             return self.browser.run("const given = arguments; return import('/unit_words.mjs').then((words) => words.nextOf(...given))",
                                     unit, {"name": "week", "of": 6, "stopped": stopped, "checks": [], "records": records})
         self.assertEqual((told(False, ["SN1"])["kind"], told(False, ["SN1"])["text"]),
                          (None, "Wait: campaign week still records it, 4 of 6 runs so far. When it has ended, fit again with all runs, then verify and release."))
-        self.assertIn("has stopped, 4 of 6 runs recorded: resume it on Station.", told(True, ["SN1"])["text"])
         self.assertEqual(told(False, ["SN2"])["kind"], "release")
+
+    def test_a_campaign_that_has_stopped_does_not_keep_a_unit_from_what_comes_next(self):
+        """Nobody can abort one that failed: it may stay like that until another one is begun."""
+        self.browser.go(self.soakd.url)
+        verification = {"stale": None, "job": {"id": 1, "result": {"verdict": "pass", "model": 1}}, "warnings": []}
+        unit = {"unit": "SN1", "epoch": 0, "to_fit": 4, "fit_campaigns": [{"campaign": "autumn", "runs": 3}, {"campaign": "week", "runs": 1}], "exported": None, "warnings": [],
+                "verify_with": [], "verification": verification, "gap": {"find": None}, "model": {"version": 1, "epoch": 0, "state": "verified", "terms": []},
+                "release": {"obstacles": [], "expires": None}}
+        stopped = {"name": "week", "of": 4, "stopped": True, "checks": [], "records": ["SN1"]}
+
+        def told(role):
+            return self.browser.run("const [unit, open, role] = arguments; return import('/unit_words.mjs').then((words) => words.nextForRole(words.nextOf(unit, open), role))", unit, stopped, role)
+        following = told("engineer")
+        self.assertEqual((following["kind"], following["text"]), ("release", "Release it."))
+        self.assertEqual(following["beside"], {"text": "Campaign week, which records it, has stopped, 1 of 4 runs recorded. To have the others too, resume it on Station; then fit again with all runs.",
+                                               "link": {"text": "Station", "address": "#station"}})
+        self.assertNotIn("link", told("viewer")["beside"])
 
     def test_who_may_not_do_what_comes_next_is_told_who_does(self):
         self.browser.go(self.soakd.url)
@@ -228,7 +244,8 @@ class Words(BrowserTest):
     def test_a_file_and_a_verdict_from_before_a_repair_or_a_void_are_told_to_be_void(self):
         self.browser.go(self.soakd.url)
         job = {"id": 1, "unit": "SN1", "state": "done", "started_utc_s": 1000.0, "result": {"model": 1, "verdict": "pass"}}
-        unit = {"epoch": 0, "warnings": [], "verification": {"stale": None, "job": {**job, "kind": "verify"}}, "model": {"version": 1, "epoch": 0, "state": "released"}}
+        unit = {"epoch": 0, "warnings": [], "verification": {"stale": None, "job": {**job, "kind": "verify"}}, "model": {"version": 1, "epoch": 0, "state": "released"},
+                "versions": [{"version": 1, "epoch": 0, "state": "released", "void": None}]}
 
         def told(kind, verdict="pass", **more):
             return self.browser.run("""const given = arguments; return Promise.all([import('/text.mjs').then(({ textsOf }) => Promise.all([textsOf('units'), textsOf('gap')])),
@@ -241,6 +258,29 @@ class Words(BrowserTest):
         self.assertEqual(told("export", warnings=[{"code": "voided_since"}]), [void, True])
         self.assertEqual(told("report", verification={"stale": "data of its campaign were withdrawn since", "job": job}), [void, True])
         self.assertEqual(told("report", "info", epoch=1), ["Made from model 1.", False], "made after the repair: it says so itself")
+
+        def after_a_newer_fit(kind, epoch=0, **of_the_older):
+            newer = {"version": 2, "epoch": epoch, "state": "fitted", "void": None}
+            older = {"version": 1, "epoch": 0, "state": "released", "void": None, **of_the_older}
+            again = {"stale": "the unit was fitted again since", "job": {**job, "kind": "verify"}}
+            return told(kind, epoch=epoch, model=newer, versions=[newer, older], verification=again)
+        self.assertEqual([after_a_newer_fit(kind) for kind in ("export", "verify")], [["Made from model 1; the newest is 2.", False], ["", False]])
+        for kind in ("export", "report", "verify"):
+            said = kind != "verify"
+            self.assertEqual(after_a_newer_fit(kind, void="withdrawn since: data of the run of week"), [void if said else "", True])
+            self.assertEqual(after_a_newer_fit(kind, state="withdrawn", void="the model was withdrawn"),
+                             ["Made from model 1, which is withdrawn: do not use it." if said else "", True])
+            self.assertEqual(after_a_newer_fit(kind, epoch=1), [repaired if said else "", True])
+
+    def test_every_version_that_is_not_withdrawn_can_be(self):
+        """Also one that is released and breaks the rule of release by now, behind a newer one."""
+        self.browser.go(self.soakd.url)
+        versions = [{"version": 3, "epoch": 0, "state": "withdrawn", "void": "withdrawn"}, {"version": 2, "epoch": 0, "state": "fitted", "void": None},
+                    {"version": 1, "epoch": 0, "state": "released", "void": "withdrawn since: data of the run of week"}]
+        unit = {"unit": "SN1", "model": {"version": 3, "state": "withdrawn"}, "released_before": [], "versions": versions}
+        listed = self.browser.run("""const [unit] = arguments; return import('/text.mjs').then(({ textsOf }) => textsOf('units')).then(() => import('/withdraw_dialog.mjs'))
+            .then(({ WithdrawDialog }) => { new WithdrawDialog(() => {}).open(unit, "Eva"); return [...document.getElementById('withdraw-version').options].map(({ text }) => text); })""", unit)
+        self.assertEqual(listed, ["2, older, fitted", "1, older, released"])
 
     def test_a_fleet_of_one_model_says_that_nothing_is_compared(self):
         self.browser.go(self.soakd.url)
