@@ -28,7 +28,6 @@ export class RecordsView {
     $("reference-form").addEventListener("input", ({ target }) => target.removeAttribute("aria-invalid"));
     $("reference-kind").addEventListener("change", () => this.#sayUnit());
     $("new-unit-form").addEventListener("submit", (event) => this.#addUnit(event));
-    $("station-change").addEventListener("click", () => location.assign("setup.html#change"));
     $("retire-form").addEventListener("submit", (event) => this.#retire(event));
     $("retire-cancel").addEventListener("click", () => $("retire-dialog").close());
   }

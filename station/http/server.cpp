@@ -131,23 +131,32 @@ struct HttpServer::Running {
       answer(response, alarms_answer(alarms, request.params));
     });
     add_post("alarms/test", [this](const nlohmann::json& body) { return test_alarms(alarms, body); });
-    if (settings != nullptr) add_settings();
+    add_settings();
     add_post("run/void", [this](const nlohmann::json& body) { return void_run(runs, body); });
     listener.Get(kEventsPath, [this](const auto& request, auto& response) { send_events(request, response); });
     listener.Get("/metrics", [this](const auto&, auto& response) { send_metrics(response); });
     listener.Get("/([^/]*)", send_page);
   }
 
+  /// The station's own settings; one that cannot be set anew refuses (409).
   void add_settings() {
-    listener.Get(kApiPath + std::string("station"), [this](const auto& request, auto& response) {
-      if (const auto known = only_parameters(request.params, {}); !known) {
-        return answer(response, base::forward_error(known));
-      }
-      answer(response, settings->document());
+    const auto with_desk = [this](const auto& ask) -> base::Result<nlohmann::json> {
+      if (settings != nullptr) return ask();
+      return base::bad_input("the settings of this station cannot be changed here", "state");
+    };
+    listener.Get(kApiPath + std::string("station"), [this, with_desk](const auto& request, auto& response) {
+      const auto known = only_parameters(request.params, {});
+      if (!known) return answer(response, base::forward_error(known));
+      answer(response, with_desk([this] { return settings->document(); }));
     });
-    add_post("station/check", [this](const nlohmann::json& body) { return settings->check(body); });
-    add_post("station/tell", [this](const nlohmann::json& body) { return settings->tell(body); });
-    add_post("station/write", [this](const nlohmann::json& body) { return settings->write(body, jobs); });
+    add_post("station/check", [this, with_desk](const nlohmann::json& body) {
+      return with_desk([&] { return settings->check(body); });
+    });
+    add_post("station/tell",
+             [this, with_desk](const nlohmann::json& body) { return with_desk([&] { return settings->tell(body); }); });
+    add_post("station/write", [this, with_desk](const nlohmann::json& body) {
+      return with_desk([&] { return settings->write(body, jobs); });
+    });
     // Called when an answer is sent: who has had the settings written shall hear of it before this server ends.
     listener.set_logger([this](const httplib::Request& request, const httplib::Response& response) {
       if (request.path == kStationWrite && response.status == kAnswered) settings->answered();

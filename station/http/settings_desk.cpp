@@ -37,7 +37,8 @@ json kept_document(const SetupForm& form) {
 
 /// A file whose folder soakd may not write into is changed with an editor.
 base::Status check_may_write(const std::filesystem::path& file) {
-  const std::filesystem::path folder = std::filesystem::absolute(file).parent_path();
+  std::error_code ignored;
+  const std::filesystem::path folder = std::filesystem::weakly_canonical(file, ignored).parent_path();
   if (::access(folder.c_str(), W_OK) == 0) return {};
   return base::bad_input("soakd may not write into the folder of this file: whoever may changes it with an editor",
                          file.string());
