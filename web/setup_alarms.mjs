@@ -44,6 +44,7 @@ export class AlarmFields {
    */
   keepSecrets({ password, url, token }) {
     if (password) this.login[1].hint(S.change.keptPassword);
+    if (password) this.login[1].node.closest("details")?.setAttribute("open", "");
     if (url) this.hook[0].need(false);
     if (url) this.hook[0].hint(S.change.keptUrl);
     if (token) this.hook[1].hint(S.change.keptToken);

@@ -87,6 +87,8 @@ export class ChangeTask {
     if (answers === null || kept === null) return null;
     document.title = S.change.page;
     for (const [id, text] of Object.entries({ "setup-title": S.change.title, "setup-intro": S.change.intro, "file-title": S.change.review, "file-place": S.change.place, good: S.change.good, write: S.change.write })) say($(id), text);
+    say(document.querySelector("[data-step='file']"), S.change.review);
+    lead($("setup-intro"), S.change.leave);
     $("text").setAttribute("aria-label", S.change.text);
     for (const node of document.querySelectorAll("[data-first]")) show(/** @type {HTMLElement} */ (node), false);
     form.fill(valuesOf(answers));
@@ -127,7 +129,7 @@ export class ChangeTask {
     for (;;) {
       const answer = await fetch("/api/v1/station").catch(() => null);
       if (answer?.status === 401) return lead(replaced(S.change.logIn));
-      const station = answer?.ok ? await answer.json() : null;
+      const station = answer?.ok ? await answer.json().catch(() => null) : null; // it may end in the middle of an answer
       if (station && !station.changing) return this.#tellEnd(station);
       if (Date.now() > latest) say($("done"), S.file.slow);
       await pause();

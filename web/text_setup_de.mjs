@@ -160,6 +160,7 @@ export const text = {
     page: "Soak: Einstellungen",
     title: "Einstellungen dieser Station",
     intro: "Damit arbeitet die Station jetzt. Ändern Sie, was in Ihrem Labor anders ist, und gehen Sie dann zum letzten Schritt. Geschrieben wird erst, wenn Sie es dort sagen.",
+    leave: "Alles lassen, wie es ist",
     review: "Prüfen und übernehmen",
     place: "Diese Zeilen ändern sich (- geht, + kommt). Alles andere bleibt, wie es ist, in",
     text: "Was sich ändert",

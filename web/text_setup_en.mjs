@@ -159,6 +159,7 @@ export const text = {
     page: "Soak: settings",
     title: "Settings of this station",
     intro: "This is what the station works with now. Change what is different in your laboratory, then go to the last step. Nothing is written before you say so there.",
+    leave: "Leave it as it is",
     review: "Check and use",
     place: "These lines change (- goes, + comes). Everything else stays as it is in",
     text: "What changes",

@@ -260,7 +260,7 @@ class OpenApi(unittest.TestCase):
         for (method, path), operation in OPERATIONS.items():
             if method != "POST":
                 continue
-            schema = body_of(operation)
+            schema = resolved(body_of(operation))
             right = {name: values[name] for name in schema["properties"]}
             if path == "/api/v1/references/add":
                 right["kind"] = "level"

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Settings of a station that works, changed from its page: a real `soakd` ($SOAK_BIN_FOLDER) begins anew with them in the same process,
 goes back to those of before where it cannot, and refuses while something is under way."""
+import http.client
 import json
 import pathlib
 import shutil
@@ -81,8 +82,8 @@ class SetUpStation(NewStation):
                 settings = self.settings()
                 if not settings["changing"]:
                     return settings
-            except (ConnectionError, urllib.error.URLError, TimeoutError):
-                pass
+            except (ConnectionError, urllib.error.URLError, http.client.HTTPException, TimeoutError):
+                pass  # it ends and begins
             time.sleep(0.1)
         raise AssertionError(self.said())
 
@@ -240,7 +241,7 @@ class OnThePage(WithSettings):
         self.browser.resize(1280, 900)
         self.browser.devtools("Network.setUserAgentOverride", userAgent=self.browser.run("return navigator.userAgent"), acceptLanguage=language)
         self.browser.go(self.station.url + "#records")
-        self.browser.wait("return document.querySelector('#station-change')?.checkVisibility() ?? false")
+        self.browser.wait("return document.querySelector('#alarms-ways li')?.checkVisibility() ?? false")  # the last that comes: the page stands still
         self.browser.click("#station-change")
         self.browser.wait("return document.querySelector('#chamber-port')?.value === '5020'")
         self.browser.console()
