@@ -200,33 +200,52 @@ class Interface(WithSettings):
 
 
 class Laboratory(unittest.TestCase):
-    def test_a_campaign_that_runs_or_waits_and_a_job_refuse_and_nothing_is_written(self):
+    def test_nothing_is_written_during_a_campaign_and_after_it_the_station_begins_anew_with_its_chamber(self):
         folder = pathlib.Path(tempfile.mkdtemp(prefix="soak-settings-"))
         self.addCleanup(shutil.rmtree, folder, ignore_errors=True)
-        with LabSession(folder, units=1, rate=1) as lab:
+        with LabSession(folder, units=1, rate=100) as lab:
             config = folder / "station.toml"
             text = config.read_text(encoding="utf-8")
 
+            def ask(path, body=None):
+                """(status, document)"""
+                request = urllib.request.Request(f"{lab.page}api/v1/{path}", None if body is None else json.dumps(body).encode(), {"Content-Type": "application/json"})
+                try:
+                    with urllib.request.urlopen(request, timeout=WITHIN_S) as answer:
+                        return answer.status, json.load(answer)
+                except urllib.error.HTTPError as refusal:
+                    with refusal:
+                        return refusal.code, json.load(refusal)
+
             def write():
-                with urllib.request.urlopen(f"{lab.page}api/v1/station", timeout=WITHIN_S) as answer:
-                    settings = json.load(answer)
-                body = json.dumps({**settings["answers"], "room": {"temp_c": 22}, "revision": settings["revision"]}).encode()
-                request = urllib.request.Request(f"{lab.page}api/v1/station/write", body, {"Content-Type": "application/json"})
-                with self.assertRaises(urllib.error.HTTPError) as refusal:
-                    urllib.request.urlopen(request, timeout=WITHIN_S)
-                with refusal.exception as answer:
-                    return answer.code, json.load(answer)["error"]["message"]
+                settings = ask("station")[1]
+                return ask("station/write", {**settings["answers"], "room": {"temp_c": 22}, "revision": settings["revision"]})
 
             lab.soak("campaign", "start", ROOT / "procedures" / "static-allan.toml", "--name", "c")
             for state in ("running", "paused"):
-                status, message = write()
-                self.assertEqual(status, 409, message)
-                self.assertIn("campaign 'c' is", message)
+                status, document = write()
+                self.assertEqual(status, 409, document)
+                self.assertIn("campaign 'c' is", document["error"]["message"])
                 if state == "running":
                     lab.soak("campaign", "pause")
             self.assertEqual(config.read_text(encoding="utf-8"), text)
             self.assertFalse((folder / "station.toml.before").exists())
             lab.soak("campaign", "abort", "--reason", "enough")
+            lab.wait_for("the end of the campaign", lambda status: status["state"] == "aborted")
+            self.assertEqual(write()[0], 200)
+            self.assertIn("temp_c = 22", config.read_text(encoding="utf-8"))
+            end_s = time.monotonic() + WITHIN_S
+            while not self.serves_with_its_chamber(ask):
+                self.assertLess(time.monotonic(), end_s, lab.log())
+                time.sleep(0.1)
+            self.assertIsNone(ask("station")[1]["trouble"])
+
+    @staticmethod
+    def serves_with_its_chamber(ask):
+        try:
+            return not ask("station")[1]["changing"] and ask("status")[1]["chamber"]["connected"]
+        except (ConnectionError, urllib.error.URLError, http.client.HTTPException):
+            return False
 
 
 @unittest.skipUnless(BROWSER and DRIVER, "skipped: chromium and chromedriver are not installed")
