@@ -78,7 +78,7 @@ class Changes {
       if (old != nullptr && *old == value) continue;
       set(*wanted, key, value);
       if (table == nullptr || !table->contains(key)) {
-        more += key + " = " + value + "\n";
+        more.append(key).append(" = ").append(value).append("\n");
       } else {
         replace(*table, key, value);
       }

@@ -78,11 +78,13 @@ EnteredWebhook webhook_in(const Table& table) {
 
 void add_place(const Table& root, SetupForm& form) {
   if (const auto site = root.table("site")) {
-    form.site = EnteredSite{site->optional_number("latitude_deg", kNoLimits), site->optional_number("height_m", kNoLimits),
-                            site->optional_number("gravity_mps2", kNoLimits)};
+    form.site =
+        EnteredSite{site->optional_number("latitude_deg", kNoLimits), site->optional_number("height_m", kNoLimits),
+                    site->optional_number("gravity_mps2", kNoLimits)};
   }
   if (const auto room = root.table("room")) {
-    form.room = EnteredRoom{room->optional_number("temp_c", kNoLimits), room->optional_number("dew_point_c", kNoLimits)};
+    form.room =
+        EnteredRoom{room->optional_number("temp_c", kNoLimits), room->optional_number("dew_point_c", kNoLimits)};
   }
   if (const auto purge = root.table("purge")) form.purge_below_c = purge->number("below_c", kNoLimits);
 }
