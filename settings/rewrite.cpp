@@ -10,39 +10,10 @@
 #include <type_traits>
 #include <utility>
 
+#include "settings/text_edits.h"
+
 namespace soak::settings {
 namespace {
-
-/// Bytes from `begin` to `end` that are replaced.
-struct Edit {
-  std::size_t begin;
-  std::size_t end;
-  std::string text;
-};
-
-std::size_t end_of_line(std::string_view text, std::size_t at) {
-  const std::size_t found = text.find('\n', at);
-  return found == std::string_view::npos ? text.size() : found + 1;
-}
-
-std::size_t begin_of_line(std::string_view text, std::size_t at) {
-  const std::size_t found = at == 0 ? std::string_view::npos : text.rfind('\n', at - 1);
-  return found == std::string_view::npos ? 0 : found + 1;
-}
-
-/// Where in the bytes a place is that counts lines and code points, from 1 on.
-std::size_t offset_of(std::string_view text, const toml::source_position& place) {
-  constexpr unsigned kTopBits = 0xC0;
-  constexpr unsigned kContinuation = 0x80;
-  std::size_t at = 0;
-  for (std::uint32_t line = 1; line < place.line; ++line) at = end_of_line(text, at);
-  const auto continues = [](char byte) { return (static_cast<unsigned char>(byte) & kTopBits) == kContinuation; };
-  for (std::uint32_t column = 1; column < place.column && at < text.size(); ++column) {
-    do ++at;
-    while (at < text.size() && continues(text[at]));
-  }
-  return at;
-}
 
 /// As TOML has it; a list in one line, a text with line ends over several.
 std::string text_of(const Value& value) {
@@ -116,30 +87,6 @@ std::optional<Edit> edit_for(std::string_view text, const toml::table& root, con
   if (!table) return Edit{text.size(), text.size(), "\n[" + change.table + "]\n" + line};
   const std::size_t at = place_for_key(text, *table, is_root);
   return Edit{at, at, line};
-}
-
-/// The text with the edits in it; they must not overlap.
-std::string edited(std::string_view text, std::vector<Edit> edits) {
-  // What is put in stands before what begins there.
-  std::stable_sort(edits.begin(), edits.end(),
-                   [](const Edit& a, const Edit& b) { return std::pair(a.begin, a.end) < std::pair(b.begin, b.end); });
-  std::string out;
-  std::size_t at = 0;
-  for (const Edit& edit : edits) {
-    if (edit.begin < at) continue;  // the comparison with what is wanted finds it
-    out += text.substr(at, edit.begin - at);
-    out += edit.text;
-    at = edit.end;
-  }
-  return out += text.substr(at);
-}
-
-bool reads_as(const std::string& text, const toml::table& wanted) {
-  try {
-    return toml::parse(text) == wanted;
-  } catch (const toml::parse_error&) {
-    return false;
-  }
 }
 
 }  // namespace

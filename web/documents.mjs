@@ -348,6 +348,7 @@
 /** @typedef {import("./kept_documents.mjs").AlarmWay} AlarmWay */
 /** @typedef {import("./kept_documents.mjs").StationKey} StationKey */
 /** @typedef {import("./kept_documents.mjs").SetupChoices} SetupChoices */
+/** @typedef {import("./kept_documents.mjs").StationSettings} StationSettings */
 /** @typedef {import("./kept_documents.mjs").RowColumns} RowColumns */
 /** @typedef {import("./kept_documents.mjs").ModelRows} ModelRows */
 /** @typedef {import("./kept_documents.mjs").SensorRows} SensorRows */
@@ -380,6 +381,7 @@
  * @property {{ways: AlarmWay[]}} alarms
  * @property {{key: StationKey | null}} key
  * @property {SetupChoices} setup
+ * @property {StationSettings} station
  */
 
 /** @typedef {PlainAnswers & {"run/series": Series, "audit/check": Chain, "references/released": {released: {unit: string, model: number}[]}, "model/rows": ModelRows, "unit/noise": UnitNoise}} Answers */

@@ -183,6 +183,18 @@
  */
 
 /**
+ * @typedef {object} StationSettings what the station works with, and whether the page can change it
+ * @property {string} file
+ * @property {string} revision of the file
+ * @property {string | null} obstacle why the page cannot change it
+ * @property {boolean} changing whether the station is about to begin with what was written last
+ * @property {{utc_s: number, user: string, text: string} | null} trouble why it could not begin with the last change
+ * @property {any} answers as the body of station/check
+ * @property {{password: boolean, url: boolean, token: boolean} | null} kept which secrets there are
+ * @property {SetupChoices} choices
+ */
+
+/**
  * @typedef {object} SetupCheck
  * @property {string} text
  * @property {{field: string, message: string}[]} mistakes

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The page on which a station is set up that has no configuration yet: steps with fields, which the station itself checks, and the file that comes of them.
 
-import { get, post } from "./api.mjs";
+import { post } from "./api.mjs";
 import { $, element, english, say, show } from "./dom.mjs";
 import { connectLanguage, textsOf } from "./text.mjs";
 
@@ -11,12 +11,11 @@ const S = await textsOf("setup");
 document.title = S.page;
 const { SetupForm, STEPS } = await import("./setup_form.mjs");
 const { showSurvey } = await import("./setup_answer.mjs");
-const { forgetKept, keep, takeKept } = await import("./setup_kept.mjs");
+const { forgetKept } = await import("./setup_kept.mjs");
+const { sayInstead, taskHere } = await import("./setup_task.mjs");
 const { connectHelp } = await import("./setup_help.mjs");
 connectHelp();
 
-const AGAIN_MS = 500;
-const PATIENCE_MS = 30_000;
 /** Status of HTTP: there is a file already. */
 const CONFLICT = 409;
 
@@ -31,6 +30,7 @@ function fail(error, node = $("failure")) {
 
 class SetupPage {
   #form;
+  #task;
   #step = STEPS[0];
   #isSetUp = false;
   /** How often what stands in a section has changed: an answer is about what stood there when it was asked. */
@@ -38,10 +38,14 @@ class SetupPage {
   /** @type {import("./setup_kept.mjs").Tries} */
   #tries = { chamber: null, fixture: null, power: null };
 
-  /** @param {import("./kept_documents.mjs").SetupChoices} choices */
-  constructor(choices) {
-    this.#form = new SetupForm(choices);
-    say($("file"), choices.file);
+  /**
+   * @param {import("./setup_task.mjs").FirstTask | import("./setup_task.mjs").ChangeTask} task
+   * @param {import("./setup_form.mjs").SetupForm} form
+   */
+  constructor(task, form) {
+    this.#form = form;
+    this.#task = task;
+    say($("file"), task.choices.file);
     for (const button of $("steps").querySelectorAll("button")) {
       button.addEventListener("click", () => this.#go(button.dataset.step));
     }
@@ -62,12 +66,12 @@ class SetupPage {
       this.#next();
     });
     addEventListener("pagehide", () => {
-      if (!this.#isSetUp) keep({ step: this.#step, tries: this.#tries, ...this.#form.values() });
+      if (!this.#isSetUp) task.leave({ step: this.#step, tries: this.#tries, ...this.#form.values() });
     });
-    const kept = takeKept();
+    const kept = task.begin(form);
     if (kept) this.#form.fill(kept);
     Object.assign(this.#tries, kept?.tries); // after the fields, whose changes make them void
-    this.#show(STEPS[0]);
+    this.#show(STEPS[0], true);
     if (kept && STEPS.indexOf(kept.step) > 0) this.#go(kept.step);
   }
 
@@ -92,7 +96,7 @@ class SetupPage {
   async #check(steps) {
     show($("failure"), false);
     try {
-      const check = await post("setup/check", this.#form.entered());
+      const check = await post(`${this.#task.path}/check`, this.#task.body(this.#form.entered()));
       this.#form.tell(check.mistakes, steps);
       return check;
     } catch (error) {
@@ -120,9 +124,9 @@ class SetupPage {
     if (step === "file") await this.#review();
   }
 
-  #show(step) {
+  #show(step, keepsFailure = false) {
     this.#step = step;
-    show($("failure"), false);
+    if (!keepsFailure) show($("failure"), false);
     for (const name of STEPS) show($(`step-${name}`), name === step);
     for (const button of $("steps").querySelectorAll("button")) {
       if (button.dataset.step === step) button.setAttribute("aria-current", "step");
@@ -143,10 +147,12 @@ class SetupPage {
       item.append(...this.#mistake(step, field, parts));
       return item;
     }));
-    show($("text"), check !== null);
+    const isSame = this.#task.isChange && check?.text === "";
+    show($("text"), check !== null && !isSame);
     say($("text"), check?.text ?? "");
-    const good = check !== null && faults.length === 0;
+    const good = check !== null && faults.length === 0 && !isSame;
     show($("good"), good);
+    show($("same"), isSame && faults.length === 0);
     this.#listNotSound();
     show($("no-gravity"), !this.#form.knowsGravity);
     show($("no-dew-point"), !this.#form.knowsDewPoint);
@@ -155,6 +161,7 @@ class SetupPage {
 
   /** The controllers that are relied on without a good try; one that is not entered rightly has nothing to be tried yet. */
   #listNotSound() {
+    if (this.#task.isChange) return; // it is not tried here
     const wrong = new Set(this.#form.faults().map(({ step }) => step));
     const notSound = this.#form.controllers.filter((section) => this.#tries[section] !== "good" && !wrong.has(section));
     $("not-sound").replaceChildren(...notSound.map((section) => element("li", S.try[this.#tries[section] === null ? "never" : "failed"](S.parts[section]))));
@@ -228,7 +235,7 @@ class SetupPage {
   async #testAlarms() {
     show($("failure"), false);
     if (!this.#form.checkAll(this.#form.alarms.fields)) return;
-    await this.#form.alarms.test(this.#form.user.value || "unknown").catch((error) => this.#refused(error));
+    await this.#form.alarms.test(this.#form.user.value || "unknown", this.#task.path).catch((error) => this.#refused(error));
   }
 
   async #write() {
@@ -236,10 +243,10 @@ class SetupPage {
     show($("failure"), false);
     const user = this.#form.user.value || "unknown";
     try {
-      await post("setup/write", { ...this.#form.entered(), user });
+      await post(`${this.#task.path}/write`, this.#task.body({ ...this.#form.entered(), user }));
     } catch (error) {
       this.#refused(error);
-      if (error.status === CONFLICT) $("failure").append(" ", this.#useButton(user));
+      if (error.status === CONFLICT && !this.#task.isChange) $("failure").append(" ", this.#useButton(user));
       $("write").disabled = false;
       return;
     }
@@ -267,30 +274,21 @@ class SetupPage {
     forgetKept();
     for (const node of [$("form"), $("steps"), $("intro")]) show(node, false);
     show($("done"), true);
-    say($("done"), S.file.starting);
-    await this.#waitForStation(Date.now() + PATIENCE_MS);
-  }
-
-  /** The station goes on by itself; its own page is there once it answers who one is. */
-  async #waitForStation(latest) {
-    for (;;) {
-      try {
-        await get("session");
-        location.replace("/");
-        return;
-      } catch {
-        if (Date.now() > latest) say($("done"), S.file.slow);
-        await new Promise((resolve) => setTimeout(resolve, AGAIN_MS));
-      }
-    }
+    say($("done"), this.#task.isChange ? S.change.starting : S.file.starting);
+    await this.#task.finish();
   }
 }
 
+async function begin() {
+  const task = await taskHere();
+  if (task === null) return;
+  const form = new SetupForm(task.choices);
+  new SetupPage(task, form);
+  if ("isWhole" in task && !(await task.isWhole(form))) sayInstead([S.change.notWhole, " ", english(task.choices.file)]);
+}
+
 try {
-  new SetupPage(await get("setup"));
+  await begin();
 } catch (error) {
-  for (const id of ["form", "steps", "intro"]) show($(id), false);
-  say($("done"), error.status === 404 ? S.already : S.noAnswer);
-  show($("done"), true);
-  if (error.status === 404) $("done").append(" ", Object.assign(element("a", S.toStation), { href: "/" }));
+  sayInstead([error.status === 404 ? S.already : S.noAnswer]);
 }

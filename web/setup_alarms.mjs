@@ -38,6 +38,18 @@ export class AlarmFields {
     this.#follow();
   }
 
+  /**
+   * Those that the station has stay where nothing is entered.
+   * @param {{password: boolean, url: boolean, token: boolean}} kept
+   */
+  keepSecrets({ password, url, token }) {
+    if (password) this.login[1].hint(S.change.keptPassword);
+    if (password) this.login[1].node.closest("details")?.setAttribute("open", "");
+    if (url) this.hook[0].need(false);
+    if (url) this.hook[0].hint(S.change.keptUrl);
+    if (token) this.hook[1].hint(S.change.keptToken);
+  }
+
   get #hasMail() {
     return this.wanted.value === "yes";
   }
@@ -70,11 +82,11 @@ export class AlarmFields {
   }
 
   /** Sends a test to all that are entered, and says what became of it; fails where the station has refused to. */
-  async test(user) {
+  async test(user, path = "setup") {
     $("alarms-test").disabled = true;
     $("alarms-answer").replaceChildren(S.alarms.sending);
     try {
-      this.#tell((await post("setup/tell", { ...this.entered(), user })).ways);
+      this.#tell((await post(`${path}/tell`, { ...this.entered(), user })).ways);
     } catch (error) {
       $("alarms-answer").replaceChildren();
       throw error;

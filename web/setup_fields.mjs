@@ -74,6 +74,12 @@ export class Field {
     this.input.replaceChildren(...Object.entries(options).map(([value, text]) => new Option(text, value, false, value === chosen)));
   }
 
+  /** Whether something must be entered here. */
+  need(needed) {
+    this.#kind = { ...this.#kind, needed };
+    this.input.required = needed;
+  }
+
   hint(text) {
     this.#hint.textContent = text;
     show(this.#hint, text !== "");

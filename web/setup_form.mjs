@@ -141,6 +141,10 @@ export class SetupForm {
     return this.room[0].value !== "";
   }
 
+  keepSecrets(kept) {
+    this.alarms.keepSecrets(kept);
+  }
+
   /** The body of POST /api/v1/setup/check. */
   entered() {
     const site = Object.assign({}, ...this.site.map((field) => field.member()));

@@ -13,19 +13,24 @@ const KEY = "soak-setup";
  * @property {Tries} [tries] absent where it was kept before they were
  */
 
-/** @param {Kept} kept until the tab is closed */
-export function keep(kept) {
-  sessionStorage.setItem(KEY, JSON.stringify(kept));
+/**
+ * @param {Kept} kept until the tab is closed
+ * @param {string} of the file whose settings are changed; "": the station has none yet
+ */
+export function keep(kept, of = "") {
+  sessionStorage.setItem(KEY, JSON.stringify({ ...kept, of }));
 }
 
 export function forgetKept() {
   sessionStorage.removeItem(KEY);
 }
 
-/** @returns {Kept | null} null: nothing was kept here */
-export function takeKept() {
+/** @returns {Kept | null} null: nothing was kept here for that file */
+export function takeKept(of = "") {
   try {
-    return JSON.parse(sessionStorage.getItem(KEY) ?? "null");
+    const kept = JSON.parse(sessionStorage.getItem(KEY) ?? "null");
+    if (of !== "") forgetKept();
+    return (kept?.of ?? "") === of ? kept : null;
   } catch {
     return null;
   }

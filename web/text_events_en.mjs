@@ -35,7 +35,7 @@ export const text = {
     campaign_paused: "campaign paused", campaign_running: "campaign running", device: "device", epoch_begun: "repair or change", gap_accepted: "effect accepted",
     job_ended: "job ended", job_started: "job started", key_made: "key made", model_added: "model made", model_released: "model released", model_verified: "model verified",
     nothing_to_void: "void without data", procedure_made: "procedure made", prompt: "question to the operator", reference: "reference", reference_added: "certificate entered", run: "run",
-    run_added: "run stored", segment: "segment", station_set_up: "station set up", step: "step", unit: "unit", unit_added: "unit added",
+    run_added: "run stored", segment: "segment", station_changed: "settings changed", station_change_undone: "settings taken back", station_set_up: "station set up", step: "step", unit: "unit", unit_added: "unit added",
     check_standard_added: "check standard named", gap_withdrawn: "effect withdrawn", noise_exported: "noise values exported", reference_retired: "certificate retired",
     reference_withdrawn: "certificate withdrawn", samples_dropped: "samples dropped", shard_merged: "models of another machine", verification: "verification", voided: "voided",
     account: "account", alarm: "alarm", alarm_not_sent: "alarm message not sent", chamber: "chamber", check_standard: "check standard", check_standard_ended: "check standard named no more",

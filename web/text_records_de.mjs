@@ -110,9 +110,15 @@ export const text = {
     download: "Öffentlichen Schlüssel herunterladen",
     give: ": Wer prüfen soll, braucht ihn. Der geheime Schlüssel bleibt im Datenordner der Station.",
   },
+  station: {
+    title: "Einstellungen der Station",
+    about: "Kammer, Vorrichtung, Schalter der Prüflinge, Steckplätze, Ort und Raum, und wer von Alarmen erfährt. Mit dem, was geändert wird, beginnt die Station neu; während einer Kampagne geht es daher nicht.",
+    change: "Einstellungen der Station ändern",
+    role: "Ein Ingenieur ändert sie.",
+  },
   alarms: {
     title: "Wer von Alarmen erfährt",
-    none: "Niemand: Nur diese Seite zeigt sie. Postfächer und einen Webhook trägt man in der Konfiguration der Station in die Tabelle [alarms] ein:",
+    none: "Niemand: Nur diese Seite zeigt sie. Postfächer und einen Webhook gibt man weiter unten unter „Einstellungen der Station“ an:",
     how: "so geht es",
     ways: "Mail und Webhook",
     test: "Testnachricht senden",

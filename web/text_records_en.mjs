@@ -101,9 +101,15 @@ export const text = {
     download: "Download the public key",
     give: ": give it to those who verify. The secret one stays in the station's data folder.",
   },
+  station: {
+    title: "Settings of the station",
+    about: "Chamber, fixture, power switch, slots, place and room, and who is told of alarms. The station begins anew with what is changed, so this is not done during a campaign.",
+    change: "Change settings of the station",
+    role: "An engineer changes them.",
+  },
   alarms: {
     title: "Who is told of alarms",
-    none: "Nobody: this page alone shows them. The table [alarms] of the station's configuration names mailboxes and a webhook:",
+    none: "Nobody: this page alone shows them. Mailboxes and a webhook are entered under “Settings of the station” below:",
     how: "how",
     ways: "Mail and webhook",
     test: "Send a test",

@@ -52,7 +52,7 @@ bool is_asked_for(const db::EventRow& event, const EventsList& command) {
 }
 
 /// Kinds of all events that programs of this version enter.
-constexpr std::array<std::string_view, 59> kKnownKinds = {"account",
+constexpr std::array<std::string_view, 61> kKnownKinds = {"account",
                                                           "alarm",
                                                           "alarm_not_sent",
                                                           "alarm_sent",
@@ -104,6 +104,8 @@ constexpr std::array<std::string_view, 59> kKnownKinds = {"account",
                                                           "samples_dropped",
                                                           "segment",
                                                           "shard_merged",
+                                                          "station_change_undone",
+                                                          "station_changed",
                                                           "station_set_up",
                                                           "step",
                                                           "storage",

@@ -2,7 +2,6 @@
 #include "station/http/daemon.h"
 
 #include <fmt/format.h>
-#include <signal.h>
 
 #include <algorithm>
 #include <array>
@@ -10,11 +9,9 @@
 #include <chrono>
 #include <cstdlib>
 #include <filesystem>
-#include <functional>
 #include <iostream>
 #include <optional>
 #include <string_view>
-#include <thread>
 #include <utility>
 
 #include "station/access/accounts.h"
@@ -24,7 +21,9 @@
 #include "station/config/unit_type_file.h"
 #include "station/http/address.h"
 #include "station/http/server.h"
+#include "station/http/settings_desk.h"
 #include "station/http/setup_server.h"
+#include "station/http/stop_signals.h"
 #include "station/http/tls.h"
 #include "station/io/data_folder.h"
 #include "station/io/host.h"
@@ -37,40 +36,6 @@ namespace {
 
 /// How often a manager that watches is told that the set-up is alive, and an end asked for.
 constexpr std::chrono::milliseconds kSetupTurn{200};
-
-/// From its making on, SIGTERM and SIGINT reach no thread but the one that waits for them.
-class StopSignals {
- public:
-  StopSignals() {
-    sigemptyset(&signals_);
-    for (const int signal : {SIGTERM, SIGINT, kQuit}) sigaddset(&signals_, signal);
-    pthread_sigmask(SIG_BLOCK, &signals_, nullptr);
-    // A connection that the peer has closed, a file that grows too large: errors of the write, not our end.
-    for (const int signal : {SIGPIPE, SIGXFSZ}) ::signal(signal, SIG_IGN);
-  }
-  StopSignals(const StopSignals&) = delete;
-  StopSignals& operator=(const StopSignals&) = delete;
-  ~StopSignals() { release(); }
-
-  /// No signal reaches what stop_with() was given any more: before that is destroyed.
-  void release() {
-    if (!waiter_.joinable()) return;
-    pthread_kill(waiter_.native_handle(), kQuit);
-    waiter_.join();
-  }
-
-  /// `stop` is called, by another thread, whenever one of them comes; until release().
-  void stop_with(std::function<void()> stop) {
-    waiter_ = std::thread([this, stop = std::move(stop)] {
-      for (int signal = 0; sigwait(&signals_, &signal) == 0 && signal != kQuit;) stop();
-    });
-  }
-
- private:
-  static constexpr int kQuit = SIGUSR1;  ///< ends the waiting thread
-  sigset_t signals_{};
-  std::thread waiter_;
-};
 
 /// A data folder that this program has for itself.
 struct OwnFolder {
@@ -179,44 +144,106 @@ base::Result<bool> set_up(const std::filesystem::path& file, db::Catalog& catalo
   return is_written && !is_ended;
 }
 
-/// `soakd` with a configuration, until it is asked to stop.
-base::Status serve(const StationConfig& config, db::Catalog& catalog, const FolderLock& lock, ServiceManager& manager,
-                   StopSignals& signals) {
-  const auto listen = parse_host_port(config.listen);
-  if (!listen) return base::forward_error(listen);
+/// What serve() needs of the program around it.
+struct Surroundings {
+  OwnFolder& own;
+  ServiceManager& manager;
+  StopSignals& signals;
+  SettingsDesk& desk;
+};
+
+/// `soakd` with a configuration, until it is asked to stop, or to begin anew with other settings; whether it is the
+/// latter. `listen` becomes the address that is served.
+base::Result<bool> serve(const StationConfig& config, std::string& listen, const Surroundings& around) {
+  const auto address = parse_host_port(config.listen);
+  if (!address) return base::forward_error(address);
   std::optional<CertificateFiles> certificate;
-  if (is_for_others(config, *listen)) {
-    const auto files = certificate_for_others(config, *listen);
+  if (is_for_others(config, *address)) {
+    const auto files = certificate_for_others(config, *address);
     if (!files) return base::forward_error(files);
     certificate = *files;
   }
   auto deliveries = deliveries_of(config.alarms);
   if (!deliveries) return base::forward_error(deliveries);
-  const auto engine = Engine::make(config, catalog);
+  const auto engine = Engine::make(config, around.own.catalog);
   if (!engine) return base::forward_error(engine);
   AlarmSender alarms(**engine, *std::move(deliveries));
-  HttpServer server(**engine, config.listen, config.data, config.allowed_hosts, certificate, &alarms);
+  HttpServer server(**engine, config.listen, config.data, config.allowed_hosts, certificate, &alarms, &around.desk);
+  around.desk.open({[&] { return (*engine)->hold_for_settings(); }, [&] { (*engine)->end_hold(); },
+                    [&] { (*engine)->stop(); },
+                    [&](const std::string& text, const std::string& user) {
+                      (*engine)->note("station_changed", config.file, text, user);
+                    }});
   const auto port = server.start();
   if (!port) return base::forward_error(port);
-  const std::string address = (certificate ? "https://" : "http://") + to_text({listen->host, *port});
-  lock.note_address(address);
-  const std::string page = address + "/";
+  listen = to_text({address->host, *port});
+  const std::string url = (certificate ? "https://" : "http://") + listen;
+  around.own.lock.note_address(url);
+  const std::string page = url + "/";
   const std::string serving =
       fmt::format("serving {} from {}, {} slots", page, config.data.string(), config.slots.size());
   log_line(serving);
   std::cout << page << std::endl;
-  signals.stop_with([&] {
+  around.desk.serves();
+  std::atomic<bool> is_ended = false;
+  around.signals.stop_with([&] {
     const std::string text = "asked to stop: a running campaign is driven to the safe state first";
     log_line(text);
-    manager.stopping(text);
+    around.manager.stopping(text);
+    is_ended = true;
     (*engine)->stop();
   });
-  manager.ready(serving);
-  auto ended = (*engine)->run([&manager] { manager.still_alive(); });
-  signals.release();
+  around.manager.ready(serving);
+  const auto ended = (*engine)->run([&] { around.manager.still_alive(); });
+  around.signals.release();
+  around.desk.close();
   alarms.stop();  // before the server waits for a test that is being sent
   server.stop();
-  return ended;
+  if (!ended) return base::forward_error(ended);
+  return around.desk.is_changing() && !is_ended;
+}
+
+/// The configuration, with what this program was told on its command line in place of what stands there.
+base::Result<StationConfig> config_of(const DaemonOptions& options, const std::string& listen) {
+  auto config = find_station_config(options.config, options.data);
+  if (!config) return config;
+  if (!listen.empty()) config->listen = listen;
+  // What the page shows, what judges a unit here and the programs that are started from here have the same types.
+  ::setenv(kUnitTypesVariable, std::filesystem::absolute(config->unit_types).c_str(), 1);
+  return config;
+}
+
+/// A station does not begin with its new settings: it goes on with those of before, and says so.
+base::Status go_back(const base::Error& error, const std::string& file, SettingsDesk& desk, db::Catalog& catalog) {
+  const std::string why = error.where.empty() ? error.message : fmt::format("{}: {}", error.where, error.message);
+  const auto user = desk.take_back(why);
+  if (!user) return base::forward_error(user);
+  const std::string text = "the station does not begin with its new settings, and goes on with those of before: " + why;
+  log_line(text);
+  const auto noted = catalog.log_event({now_utc_s(), "station_change_undone", file, text, *user});
+  if (!noted) log_line("the event log does not tell of it: " + noted.error().message);
+  return {};
+}
+
+/// Serves with the configuration, and anew with each that is written at the page, until somebody ends the program.
+base::Status serve_with_settings(const DaemonOptions& options, StationConfig first, std::string listen, OwnFolder& own,
+                                 ServiceManager& manager, StopSignals& signals) {
+  const std::string file = first.file;
+  SettingsDesk desk(file);
+  base::Result<StationConfig> config = std::move(first);
+  for (;;) {
+    if (config) config->data = own.catalog.data_folder();
+    const auto begins_anew = config ? serve(*config, listen, {own, manager, signals, desk})
+                                    : base::Result<bool>(base::forward_error(config));
+    if (begins_anew && !*begins_anew) return {};
+    if (!begins_anew && !desk.is_changing()) return base::forward_error(begins_anew);
+    if (!begins_anew) {
+      if (auto back = go_back(begins_anew.error(), file, desk, own.catalog); !back) return back;
+    }
+    log_line("begins anew with " + file);
+    manager.still_alive();
+    config = config_of(options, listen);
+  }
 }
 
 }  // namespace
@@ -238,11 +265,8 @@ base::Status run_daemon(const DaemonOptions& options) {
     if (!is_set_up) return base::forward_error(is_set_up);
     if (!*is_set_up) return {};
   }
-  auto config = find_station_config(options.config, options.data);
+  auto config = config_of(options, listen);
   if (!config) return base::forward_error(config);
-  if (!options.listen.empty()) config->listen = listen;
-  // What the page shows, what judges a unit here and the programs that are started from here have the same types.
-  ::setenv(kUnitTypesVariable, std::filesystem::absolute(config->unit_types).c_str(), 1);
   // A file that was there already may name another folder than the one in which it was found.
   std::error_code unknown;
   if (own && !std::filesystem::equivalent(own->catalog.data_folder(), config->data, unknown)) own.reset();
@@ -251,8 +275,7 @@ base::Status run_daemon(const DaemonOptions& options) {
     if (!taken) return base::forward_error(taken);
     own.emplace(*std::move(taken));
   }
-  config->data = own->catalog.data_folder();
-  return serve(*config, own->catalog, own->lock, manager, signals);
+  return serve_with_settings(options, *std::move(config), listen, *own, manager, signals);
 }
 
 }  // namespace soak::station

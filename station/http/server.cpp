@@ -36,13 +36,15 @@ using base::ErrorKind;
 
 constexpr std::chrono::seconds kStreamsEndWithin{1};
 constexpr std::chrono::milliseconds kPoll{1};
+constexpr int kAnswered = 200;  // status of HTTP
+const std::string kStationWrite = std::string(kApiPath) + "station/write";
 const std::string kEventsPath = std::string(kApiPath) + "events";
 
 }  // namespace
 
 struct HttpServer::Running {
   Running(StationService& service, HostPort listen_address, std::filesystem::path folder,
-          std::vector<std::string> names, TlsContext tls_or_none, AlarmSender* alarm_sender)
+          std::vector<std::string> names, TlsContext tls_or_none, AlarmSender* alarm_sender, SettingsDesk* desk)
       : tls(std::move(tls_or_none)),
         lab(service),
         address(std::move(listen_address)),
@@ -52,7 +54,8 @@ struct HttpServer::Running {
         own_names(std::move(names)),
         access(service, tls ? std::optional(data_folder) : std::nullopt),
         feed(service),
-        alarms(alarm_sender) {
+        alarms(alarm_sender),
+        settings(desk) {
     own_names.push_back(host_of(to_text(address)));
     for (const std::string& name : names_of_machine()) own_names.push_back(name);
     prepare(listener);
@@ -130,10 +133,36 @@ struct HttpServer::Running {
       answer(response, alarms_answer(alarms, request.params));
     });
     add_post("alarms/test", [this](const nlohmann::json& body) { return test_alarms(alarms, body); });
+    add_settings();
     add_post("run/void", [this](const nlohmann::json& body) { return void_run(runs, body); });
     listener.Get(kEventsPath, [this](const auto& request, auto& response) { send_events(request, response); });
     listener.Get("/metrics", [this](const auto&, auto& response) { send_metrics(response); });
     listener.Get("/([^/]*)", send_page);
+  }
+
+  /// The station's own settings; one that cannot be set anew refuses (409).
+  void add_settings() {
+    const auto with_desk = [this](const auto& ask) -> base::Result<nlohmann::json> {
+      if (settings != nullptr) return ask();
+      return base::bad_input("the settings of this station cannot be changed here", "state");
+    };
+    listener.Get(kApiPath + std::string("station"), [this, with_desk](const auto& request, auto& response) {
+      const auto known = only_parameters(request.params, {});
+      if (!known) return answer(response, base::forward_error(known));
+      answer(response, with_desk([this] { return settings->document(); }));
+    });
+    add_post("station/check", [this, with_desk](const nlohmann::json& body) {
+      return with_desk([&] { return settings->check(body); });
+    });
+    add_post("station/tell",
+             [this, with_desk](const nlohmann::json& body) { return with_desk([&] { return settings->tell(body); }); });
+    add_post("station/write", [this, with_desk](const nlohmann::json& body) {
+      return with_desk([&] { return settings->write(body, jobs); });
+    });
+    // Called when an answer is sent: who has had the settings written shall hear of it before this server ends.
+    listener.set_logger([this](const httplib::Request& request, const httplib::Response& response) {
+      if (request.path == kStationWrite && response.status == kAnswered) settings->answered();
+    });
   }
 
   void add_question(const ApiQuestion& question) {
@@ -222,6 +251,7 @@ struct HttpServer::Running {
   AccessApi access;
   EventFeed feed;
   AlarmSender* alarms;
+  SettingsDesk* settings;  ///< null = nobody can change them here
   StreamPlaces streams{StreamPlaces::Limits{}};
   BoundedListener listener{ConnectionLimits{}, tls.get()};
   ListenerThread thread{listener};
@@ -229,13 +259,14 @@ struct HttpServer::Running {
 
 HttpServer::HttpServer(StationService& lab, std::string listen, std::filesystem::path data_folder,
                        std::vector<std::string> allowed_hosts, std::optional<CertificateFiles> certificate,
-                       AlarmSender* alarms)
+                       AlarmSender* alarms, SettingsDesk* settings)
     : lab_(lab),
       listen_(std::move(listen)),
       data_folder_(std::move(data_folder)),
       allowed_hosts_(std::move(allowed_hosts)),
       certificate_(std::move(certificate)),
-      alarms_(alarms) {}
+      alarms_(alarms),
+      settings_(settings) {}
 
 HttpServer::~HttpServer() = default;
 
@@ -244,8 +275,8 @@ base::Result<int> HttpServer::start() {
   if (!address) return base::forward_error(address);
   base::Result<TlsContext> tls = certificate_ ? tls_context(*certificate_) : TlsContext();
   if (!tls) return base::forward_error(tls);
-  auto running =
-      std::make_unique<Running>(lab_, *std::move(address), data_folder_, allowed_hosts_, *std::move(tls), alarms_);
+  auto running = std::make_unique<Running>(lab_, *std::move(address), data_folder_, allowed_hosts_, *std::move(tls),
+                                           alarms_, settings_);
   const auto port = running->thread.start(running->address);
   if (port) running_ = std::move(running);
   return port;

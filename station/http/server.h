@@ -9,6 +9,7 @@
 
 #include "base/result.h"
 #include "station/alarms/alarm_sender.h"
+#include "station/http/settings_desk.h"
 #include "station/http/tls.h"
 #include "station/lab/station_service.h"
 
@@ -21,10 +22,11 @@ class HttpServer {
   /// `listen`: HOST:PORT, port 0 = any free one. `data_folder`: whose runs are shown and whose free space /metrics
   /// tells; empty = none. `allowed_hosts`: names of the station in addresses, besides this machine's own.
   /// `certificate`: to speak TLS with; the accounts are then those of the data folder. `alarms`: who tells people of
-  /// alarms; null = nobody. It and the laboratory must outlive the server.
+  /// alarms; null = nobody. `settings`: who changes those of the station; null = nobody can. All of them and the
+  /// laboratory must outlive the server.
   HttpServer(StationService& lab, std::string listen, std::filesystem::path data_folder = {},
              std::vector<std::string> allowed_hosts = {}, std::optional<CertificateFiles> certificate = {},
-             AlarmSender* alarms = nullptr);
+             AlarmSender* alarms = nullptr, SettingsDesk* settings = nullptr);
   ~HttpServer();
 
   /// Listens and answers from threads of its own; the port. Refuses an address that is not one or not free, and a
@@ -43,6 +45,7 @@ class HttpServer {
   std::vector<std::string> allowed_hosts_;
   std::optional<CertificateFiles> certificate_;
   AlarmSender* alarms_;
+  SettingsDesk* settings_;
   std::unique_ptr<Running> running_;
 };
 

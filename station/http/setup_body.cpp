@@ -122,9 +122,10 @@ EnteredAddress address_in(Entered& entered) {
 }
 
 /// The file of a map that is chosen by its name; empty where none is.
-std::string map_in(Entered& entered, std::string_view section) {
+std::string map_in(Entered& entered, std::string_view section, const KeptMaps& kept) {
   std::string name = entered.line("map");
   if (name.empty()) return name;
+  if (const auto* map = kept.find(section); map != nullptr && map->choice == name) return map->text;
   const std::filesystem::path folder = shipped_maps(section);
   std::error_code failure;
   for (std::filesystem::directory_iterator entry(folder, failure), end; !failure && entry != end;
@@ -135,9 +136,9 @@ std::string map_in(Entered& entered, std::string_view section) {
   return "";
 }
 
-EnteredController controller_members(Entered& entered, std::string_view section) {
+EnteredController controller_members(Entered& entered, std::string_view section, const KeptMaps& kept) {
   EnteredController controller;
-  controller.map = map_in(entered, section);
+  controller.map = map_in(entered, section, kept);
   controller.address = address_in(entered);
   controller.unit = entered.whole("unit");
   controller.parity = entered.optional_line("parity");
@@ -145,17 +146,17 @@ EnteredController controller_members(Entered& entered, std::string_view section)
   return controller;
 }
 
-EnteredController controller_in(Entered entered, std::string_view section) {
+EnteredController controller_in(Entered entered, std::string_view section, const KeptMaps& kept) {
   entered.only({"map", "device", "baud", "host", "port", "unit", "parity", "stop_bits"});
-  return controller_members(entered, section);
+  return controller_members(entered, section, kept);
 }
 
-EnteredPower power_in(Entered entered) {
+EnteredPower power_in(Entered entered, const KeptMaps& kept) {
   entered.only({"from", "usb_hubs", "map", "device", "baud", "host", "port", "unit", "parity", "stop_bits"});
   EnteredPower power;
   power.from = entered.optional_line("from");
   if (entered.has("usb_hubs")) power.usb_hubs = entered.lines("usb_hubs");
-  power.controller = controller_members(entered, "power");
+  power.controller = controller_members(entered, "power", kept);
   return power;
 }
 
@@ -188,7 +189,7 @@ EnteredMail mail_in(Entered entered) {
 
 EnteredWebhook webhook_in(Entered entered) {
   entered.only({"url", "token"});
-  return {entered.secret("url"), entered.secret("token")};
+  return {.url = entered.secret("url"), .token = entered.secret("token")};
 }
 
 }  // namespace
@@ -197,15 +198,33 @@ std::filesystem::path shipped_maps(std::string_view section) {
   return shipped_procedures() / (section == "power" ? "power" : std::string(section) + "s");
 }
 
-Result<SetupForm> setup_form_of(const json& body) {
+KeptMaps::KeptMaps(const SetupForm& form, const std::filesystem::path& folder) {
+  add("chamber", form.chamber.map, folder);
+  if (form.fixture) add("fixture", form.fixture->map, folder);
+  if (form.power) add("power", form.power->controller.map, folder);
+}
+
+void KeptMaps::add(const std::string& section, const std::string& text, const std::filesystem::path& folder) {
+  if (text.empty()) return;
+  const std::filesystem::path file = (folder / text).lexically_normal();
+  const bool is_shipped = file.parent_path() == shipped_maps(section).lexically_normal();
+  maps_[section] = {is_shipped ? file.filename().string() : text, text, file, is_shipped};
+}
+
+const KeptMaps::Map* KeptMaps::find(std::string_view section) const {
+  const auto found = maps_.find(section);
+  return found == maps_.end() ? nullptr : &found->second;
+}
+
+Result<SetupForm> setup_form_of(const json& body, const KeptMaps& kept) {
   std::optional<base::Error> refusal;
   Entered entered(body, "", refusal);
   entered.only({"chamber", "fixture", "power", "purge", "unit_type", "decoder", "slots", "site", "room", "mail",
                 "webhook", "user"});
   SetupForm form;
-  if (entered.has("chamber")) form.chamber = controller_in(entered.inner("chamber"), "chamber");
-  if (entered.has("fixture")) form.fixture = controller_in(entered.inner("fixture"), "fixture");
-  if (entered.has("power")) form.power = power_in(entered.inner("power"));
+  if (entered.has("chamber")) form.chamber = controller_in(entered.inner("chamber"), "chamber", kept);
+  if (entered.has("fixture")) form.fixture = controller_in(entered.inner("fixture"), "fixture", kept);
+  if (entered.has("power")) form.power = power_in(entered.inner("power"), kept);
   if (entered.has("purge")) form.purge_below_c = purge_in(entered.inner("purge"));
   if (entered.has("site")) form.site = site_in(entered.inner("site"));
   if (entered.has("room")) form.room = room_in(entered.inner("room"));
@@ -223,7 +242,7 @@ Result<EnteredController> controller_of(const json& body, const std::string& sec
   std::optional<base::Error> refusal;
   Entered entered(body, "", refusal);
   if (!entered.has(section)) return base::bad_input("the member is missing", section);
-  EnteredController controller = controller_in(entered.inner(section), section);
+  EnteredController controller = controller_in(entered.inner(section), section, {});
   if (refusal) return tl::unexpected<base::Error>(*std::move(refusal));
   return controller;
 }

@@ -11,23 +11,22 @@
 #include <functional>
 #include <mutex>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <system_error>
 #include <utility>
 
 #include "hal/devices/survey.h"
-#include "station/alarms/alarm_message.h"
 #include "station/config/station_config.h"
-#include "station/config/unit_type_file.h"
 #include "station/http/api.h"
 #include "station/http/front.h"
 #include "station/http/members.h"
 #include "station/http/parameters.h"
 #include "station/http/setup_body.h"
+#include "station/http/setup_documents.h"
 #include "station/io/host.h"
 #include "station/lab/slot_look.h"
 #include "station/lab/survey_json.h"
 #include "station/setup/setup_check.h"
-#include "station/setup/setup_choices.h"
 #include "station/setup/setup_secrets.h"
 
 namespace soak::station {
@@ -39,24 +38,6 @@ using nlohmann::json;
 const std::string kWritePath = std::string(kApiPath) + "setup/write";
 const std::string kUsePath = std::string(kApiPath) + "setup/use";
 constexpr int kDone = 200;  // status of HTTP
-
-json port_choices() {
-  json ports = json::array();
-  for (const SerialPort& port : serial_ports("/dev", "/sys/class/tty")) {
-    ports.push_back({{"device", port.device}, {"node", port.node}});
-  }
-  return ports;
-}
-
-Result<json> type_choices() {
-  const auto types = read_unit_types(default_unit_type_folder());
-  if (!types) return base::forward_error(types);
-  json list = json::array();
-  for (const calib::UnitType& type : *types) {
-    list.push_back({{"name", type.name}, {"description", type.description}});
-  }
-  return list;
-}
 
 /// What `soak chamber probe` does: reads, and writes nothing.
 Result<json> try_controller(const json& body) {
@@ -95,26 +76,7 @@ Result<json> test_entered_alarms(const json& body, const std::atomic<bool>& stop
   if (!user) return base::forward_error(user);
   const auto form = setup_form_of(body);
   if (!form) return base::forward_error(form);
-  if (!form->mail && !form->webhook) return base::bad_input("neither mail nor webhook is entered", "mail");
-  const auto alarms = entered_alarms(*form);
-  if (!alarms) return base::forward_error(alarms);
-  const AlarmMessage message = message_of("test", fmt::format("A test by {}: nothing is wrong", *user), place_now(""));
-  json ways = json::array();
-  for (const auto& delivery : deliveries_of(*alarms, alarm_secrets_of(*form))) {
-    const base::Status sent = delivery->send(message, stop);
-    ways.push_back({{"way", delivery->way()},
-                    {"to", delivery->destination()},
-                    {"trouble", sent ? json() : json(one_line(sent.error().message))}});
-  }
-  return json{{"ways", std::move(ways)}};
-}
-
-json setup_check_document(const SetupCheck& check) {
-  json mistakes = json::array();
-  for (const SetupMistake& mistake : check.mistakes) {
-    mistakes.push_back({{"field", mistake.field}, {"message", mistake.message}});
-  }
-  return {{"text", check.toml}, {"mistakes", std::move(mistakes)}};
+  return send_entered(*form, std::nullopt, *user, stop);
 }
 
 }  // namespace
@@ -154,7 +116,7 @@ struct SetupServer::Running {
       if (const auto known = only_parameters(request.params, {}); !known) {
         return answer(response, base::forward_error(known));
       }
-      answer(response, choices());
+      answer(response, setup_choices(file));
     });
     add_post("setup/try", [this](const json& body) { return in_turn([&] { return try_controller(body); }); });
     add_post("setup/look", [this](const json& body) { return in_turn([&] { return look_into_entered(body, stop); }); });
@@ -163,7 +125,8 @@ struct SetupServer::Running {
     add_post("setup/check", [this](const json& body) -> Result<json> {
       const auto form = setup_form_of(body);
       if (!form) return base::forward_error(form);
-      return setup_check_document(check_setup(*form, file));
+      const SetupCheck check = check_setup(*form, file);
+      return setup_check_document(check.toml, check.mistakes);
     });
     add_post("setup/write", [this](const json& body) {
       const std::lock_guard lock(file_turn);
@@ -189,17 +152,6 @@ struct SetupServer::Running {
       if (!body) return answer(response, body);
       answer(response, carry_out(*body));
     });
-  }
-
-  [[nodiscard]] Result<json> choices() const {
-    auto types = type_choices();
-    if (!types) return types;
-    return json{{"file", file.string()},
-                {"chambers", map_choices(shipped_maps("chamber"))},
-                {"fixtures", map_choices(shipped_maps("fixture"))},
-                {"powers", map_choices(shipped_maps("power"))},
-                {"ports", port_choices()},
-                {"types", *std::move(types)}};
   }
 
   Result<json> write(const json& body) {

@@ -141,6 +141,9 @@ base::Result<json> JobRunner::start(const JobRequest& request) {
   std::int64_t id = 0;
   {
     const std::scoped_lock lock(mutex_);
+    if (held_) {
+      return base::bad_input("the station is about to begin anew with other settings: wait some seconds", "state");
+    }
     if (busy_) {
       return base::bad_input("another job is running; wait until it has ended, or cancel it", "state");
     }
@@ -161,6 +164,18 @@ base::Result<json> JobRunner::start(const JobRequest& request) {
   waiting_ = *std::move(job);
   changed_.notify_all();
   return document;
+}
+
+base::Status JobRunner::hold() {
+  const std::scoped_lock lock(mutex_);
+  if (busy_) return base::bad_input("a job is running: wait until it has ended, or cancel it", "state");
+  held_ = true;
+  return {};
+}
+
+void JobRunner::end_hold() {
+  const std::scoped_lock lock(mutex_);
+  held_ = false;
 }
 
 base::Result<JobRunner::UnderWay> JobRunner::prepare(const JobRequest& request, std::int64_t id) {

@@ -42,6 +42,10 @@ class JobRunner {
   /// (where == "state") one that does not run.
   [[nodiscard]] base::Result<nlohmann::json> cancel(std::int64_t id, const std::string& user);
 
+  /// No job begins any more, until end_hold(). Refuses (where == "state") while one runs.
+  [[nodiscard]] base::Status hold();
+  void end_hold();
+
   /// The kept jobs, as JobShelf::list() gives them.
   [[nodiscard]] nlohmann::json list() const;
   /// Refuses (where == "id") a job that is not kept; so does file().
@@ -78,6 +82,7 @@ class JobRunner {
   mutable std::mutex mutex_;
   std::condition_variable changed_;
   JobShelf shelf_;
+  bool held_ = false;                ///< no job begins
   bool busy_ = false;                ///< a job is being prepared or carried out
   std::optional<UnderWay> waiting_;  ///< for the thread to take
   std::string cancelled_by_;

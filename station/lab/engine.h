@@ -51,6 +51,12 @@ class Engine : public StationService {
   [[nodiscard]] base::Status run(const std::function<void()>& turned = [] {});
   /// Asks for the way to the safe state and the end of run(): what SIGTERM does.
   void stop();
+  /// Keeps campaigns from beginning and looks into the slots from being taken: the station is to begin anew with other
+  /// settings. Refuses (bad_input, where == "state") while a campaign is under way or will go on, one is in the queue,
+  /// or the units are being asked. Any thread may call.
+  [[nodiscard]] base::Status hold_for_settings();
+  /// Nothing has come of it.
+  void end_hold();
   /// Whether run() has come to its end.
   [[nodiscard]] bool stopped() const { return stopped_; }
 
@@ -82,6 +88,7 @@ class Engine : public StationService {
   /// Process time before a campaign begins or goes on by itself, for people to see it and to stop it; and between
   /// tries.
   static constexpr double kGrace_s = 300.0;
+  static constexpr std::string_view kHeld = "the station is about to begin anew with other settings: wait some seconds";
   static constexpr std::string_view kNothingLeft =
       "all units of this run were dropped: no unit is left, and nothing to record";
 
@@ -190,6 +197,7 @@ class Engine : public StationService {
   [[nodiscard]] base::Result<nlohmann::json> check_for_queue(const StartRequest& request, QueuedCampaign& queued);
   /// Begins the first campaign of the queue and takes it out.
   [[nodiscard]] base::Result<nlohmann::json> begin_first(const QueuedCampaign& first, const std::string& user);
+  [[nodiscard]] base::Status begin_hold();
   /// Keeps the units' links for a look into the slots: no campaign begins meanwhile.
   [[nodiscard]] base::Status begin_look();
   [[nodiscard]] base::Status do_pause(const std::string& user);
@@ -309,6 +317,7 @@ class Engine : public StationService {
   double next_begin_s_ = 0.0;       ///< process time of the next try
   double next_begin_utc_s_ = 0.0;   ///< the same by the host's clock
   std::string queue_trouble_;       ///< of the last try
+  bool is_held_ = false;            ///< for other settings: nothing begins
   bool looks_into_slots_ = false;   ///< threads of look() have the units' links
   bool runs_are_lost_ = false;      ///< run files that a killed predecessor left are not entered yet
 

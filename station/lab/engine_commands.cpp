@@ -123,6 +123,7 @@ base::Result<nlohmann::json> Engine::stored() {
 
 base::Status Engine::ready_for_start() const {
   if (stop_requested_) return wrong_state("soakd is stopping");
+  if (is_held_) return wrong_state(std::string(kHeld));
   if (looks_into_slots_) return wrong_state("somebody is looking into the slots: try again in some seconds");
   if (state_ == CampaignState::stopping) {
     return wrong_state(
@@ -141,6 +142,35 @@ base::Status Engine::ready_for_start() const {
     return wrong_state(trouble.empty() ? "what came before is still being written: try again in a moment"
                                        : "the journal cannot be written: " + trouble);
   }
+  return {};
+}
+
+base::Status Engine::hold_for_settings() {
+  return status_command([this] { return begin_hold(); });
+}
+
+void Engine::end_hold() {
+  (void)status_command([this]() -> base::Status {
+    is_held_ = false;
+    return {};
+  });
+}
+
+base::Status Engine::begin_hold() {
+  if (stop_requested_) return wrong_state("soakd is stopping");
+  if (is_held_) return wrong_state(std::string(kHeld));
+  if (looks_into_slots_) return wrong_state("somebody is looking into the slots: try again in some seconds");
+  const bool is_over = state_ == CampaignState::idle || state_ == CampaignState::finished ||
+                       state_ == CampaignState::aborted || state_ == CampaignState::failed;
+  if (!is_over) {
+    return wrong_state(fmt::format("campaign '{}' is {}: settings are changed after its end, or abort it",
+                                   unfinished_.empty() ? station_->campaign.name : unfinished_, name_of(state_)));
+  }
+  if (const auto first = queue_.front()) {
+    return wrong_state(fmt::format("campaign '{}' is in the queue: settings are changed after its end, or take it out",
+                                   first->request.campaign));
+  }
+  is_held_ = true;
   return {};
 }
 

@@ -45,6 +45,7 @@ base::Result<nlohmann::json> Engine::queue(const StartRequest& request) {
 /// Checks what can be known before it begins: then nobody is here.
 base::Result<nlohmann::json> Engine::check_for_queue(const StartRequest& request, QueuedCampaign& queued) {
   if (stop_requested_) return base::bad_input("soakd is stopping", "state");
+  if (is_held_) return base::bad_input(std::string(kHeld), "state");
   const auto checked = check_start(request, config_, catalog_);
   if (!checked) return base::forward_error(checked);
   const auto known = catalog_.campaign(request.campaign);

@@ -92,6 +92,7 @@ base::Result<json> Engine::check(const StartRequest& request) {
 base::Status Engine::begin_look() {
   const auto refused = [](std::string why) { return base::bad_input(std::move(why), "state"); };
   if (stop_requested_) return refused("soakd is stopping");
+  if (is_held_) return refused(std::string(kHeld));
   if (looks_into_slots_) return refused("somebody is looking into the slots: wait some seconds for the answer");
   if (is_under_way(state_) || state_ == CampaignState::stopping) {
     return refused(fmt::format("campaign '{}' is {}, and the units are its own: wait for its end",

@@ -77,17 +77,21 @@ std::vector<SerialPort> serial_ports(const fs::path& devices, const fs::path& dr
   return ports;
 }
 
+json map_choice(const fs::path& file, const std::string& choice) {
+  const auto map = hal::read_device_map(file.string(), hal::MapUse::device);
+  if (!map) return {};
+  json shown = defaults_of(*map);
+  shown["file"] = choice;
+  shown["name"] = map->name;
+  shown["protocol"] = map->protocol == hal::MapProtocol::modbus ? "modbus" : "text";
+  return shown;
+}
+
 json map_choices(const fs::path& folder) {
   json maps = json::array();
   for (const fs::path& file : entries_of(folder)) {
     if (file.extension() != ".toml") continue;
-    const auto map = hal::read_device_map(file.string(), hal::MapUse::device);
-    if (!map) continue;
-    json choice = defaults_of(*map);
-    choice["file"] = file.filename().string();
-    choice["name"] = map->name;
-    choice["protocol"] = map->protocol == hal::MapProtocol::modbus ? "modbus" : "text";
-    maps.push_back(std::move(choice));
+    if (json choice = map_choice(file, file.filename().string()); !choice.is_null()) maps.push_back(std::move(choice));
   }
   return maps;
 }

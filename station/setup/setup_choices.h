@@ -23,4 +23,7 @@ struct SerialPort {
 /// the configuration takes for an address where nothing else is entered: `port`, `baud`, `unit` (null: none).
 [[nodiscard]] nlohmann::json map_choices(const std::filesystem::path& folder);
 
+/// One of them, `choice` as its `file`; null where it cannot be read.
+[[nodiscard]] nlohmann::json map_choice(const std::filesystem::path& file, const std::string& choice);
+
 }  // namespace soak::station

@@ -89,7 +89,7 @@ void write_slots(Lines& lines, const SetupForm& form) {
     write_address(lines, slot.address);
     lines.common("decoder", form.decoder, "decoder");
     if (!slot.unit.empty()) lines.text("unit", slot.unit);
-    lines.common("unit_type", form.unit_type, "unit_type");
+    if (!form.unit_type.empty()) lines.common("unit_type", form.unit_type, "unit_type");
     lines.whole("power_output", slot.power_output);
     lines.number("supply_v", slot.supply_v);
     lines.number("supply_limit_a", slot.supply_limit_a);
@@ -117,13 +117,17 @@ void write_mail(Lines& lines, const EnteredMail& mail) {
   lines.text("from", mail.from);
   lines.texts("to", mail.to);
   if (!mail.user.empty()) lines.text("user", mail.user);
-  if (!mail.password.empty()) lines.secret("password_file", "password", kMailPasswordFile);
+  if (const auto file = password_file_of(mail); !file.empty()) lines.secret("password_file", "password", file);
 }
 
 void write_webhook(Lines& lines, const EnteredWebhook& webhook) {
   lines.head("[alarms.webhook]", "webhook");
-  lines.secret("url_file", "url", kWebhookUrlFile);
-  if (!webhook.token.empty()) lines.secret("token_file", "token", kWebhookTokenFile);
+  if (webhook.url_is_open) {
+    lines.text("url", webhook.url);
+  } else {
+    lines.secret("url_file", "url", url_file_of(webhook));
+  }
+  if (const auto file = token_file_of(webhook); !file.empty()) lines.secret("token_file", "token", file);
 }
 
 void write_alarms(Lines& lines, const SetupForm& form) {

@@ -65,14 +65,18 @@ struct EnteredMail {
   std::optional<int> port;
   std::string from;
   std::vector<std::string> to;
-  std::string user;      ///< empty = the server asks for none
-  std::string password;  ///< never in a text of the configuration: setup_secrets.h
+  std::string user;                ///< empty = the server asks for none
+  std::string password;            ///< never in a text of the configuration: setup_secrets.h
+  std::string password_file = {};  ///< that holds it, as the configuration names it; empty = the usual one
 };
 
 /// A webhook. Its address may be a secret, and is kept as one.
 struct EnteredWebhook {
   std::string url;
-  std::string token;  ///< empty = none
+  std::string token;            ///< empty = none
+  std::string url_file = {};    ///< as password_file of mail
+  std::string token_file = {};  ///< the same
+  bool url_is_open = false;     ///< it stands in the configuration itself, where somebody has written it
 };
 
 /// What somebody has entered who sets up a station.

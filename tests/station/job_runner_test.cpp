@@ -358,6 +358,22 @@ TEST_F(Runner, AUnitBeyondItsLimitsIsNoFailureOfTheJob) {
   EXPECT_EQ(ended(jobs, jobs.start(fit()).value()["id"])["state"], "done");
 }
 
+TEST_F(Runner, BeginsNoneWhileItIsHeldAndIsNotHeldWhileOneRuns) {
+  soak_does("while :; do sleep 0.01; done");
+  JobRunner jobs(folder_.path(), program_);
+  ASSERT_TRUE(jobs.hold());
+  const auto refused = jobs.start(fit());
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().where, "state");
+  jobs.end_hold();
+  const auto job = jobs.start(fit());
+  ASSERT_TRUE(job) << job.error().message;
+  const auto held = jobs.hold();
+  ASSERT_FALSE(held);
+  EXPECT_EQ(held.error().where, "state");
+  EXPECT_TRUE(jobs.cancel((*job)["id"], "Eva"));
+}
+
 TEST_F(Runner, OneJobAtATimeAndACancelEndsIt) {
   soak_does("sleep 60");
   JobRunner jobs(folder_.path(), program_);

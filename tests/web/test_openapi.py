@@ -257,11 +257,12 @@ class OpenApi(unittest.TestCase):
         run = self.example_values()["run"]
         values = {"campaign": "verification", "procedure_text": "x = 1", "procedure_file": "a.toml", "units": {}, "prompt": 1, "reason": "test", "run": run, "unit": SERIAL,
                   "visit": 0, "position": "+X", "attempt": 0, "kind": "export", "format": "blob", "model": 1, "simulated": True, "id": 10 ** 6, "user": "Eva", "type": "generic", "record_id": run, "name": "level 1", "certificate": "L-7", "issued": "2026-01-01",
-                  "due": "2099-01-01", "uncertainty": 0.01, "k": 2, "correction": 0.0, "effects": [], "sign": False, "accel_id": 1310988, "gyro_id": 77, "comment": "Laboratory 1", "from": "verification.toml", "set_points_c": [0, 20], "runs": 2, "dwell_s": 60, "minimum_soak_s": 60, "draft": True}
+                  "due": "2099-01-01", "uncertainty": 0.01, "k": 2, "correction": 0.0, "effects": [], "sign": False, "accel_id": 1310988, "gyro_id": 77, "comment": "Laboratory 1", "from": "verification.toml", "set_points_c": [0, 20], "runs": 2, "dwell_s": 60, "minimum_soak_s": 60, "draft": True,
+                  "revision": "of another file", "chamber": {}, "fixture": {}, "power": {}, "purge": {}, "unit_type": "generic", "decoder": "xsens", "slots": [], "site": {}, "room": {}, "mail": {}, "webhook": {}}
         for (method, path), operation in OPERATIONS.items():
             if method != "POST":
                 continue
-            schema = body_of(operation)
+            schema = resolved(body_of(operation))
             right = {name: values[name] for name in schema["properties"]}
             if path == "/api/v1/references/add":
                 right["kind"] = "level"

@@ -22,7 +22,7 @@ DESCRIBED = {"Status": ("campaign-status", ""), "LiveUnit": ("campaign-status", 
              "Procedure": ("http-procedures", "procedures/items"), "Reference": ("reference-list", "$defs/entry"),
              "CampaignCheck": ("http-campaign-check", ""), "SlotFinding": ("http-campaign-look", "slots/items"), "GapFind": ("gap-find", ""),
              "Structure": ("gap-find", "residual_structure"), "BiasStep": ("gap-find", "residual_structure/steps/items"), "SlowNoise": ("gap-find", "slow_noise/items"), "Session": ("http-session", ""), "AlarmWay": ("http-alarms", "ways/items"), "StationKey": ("http-key", "key"),
-             "SetupChoices": ("http-setup", ""), "SetupMap": ("http-setup", "chambers/items"), "SetupCheck": ("http-setup-check", ""), "Survey": ("chamber-probe", ""),
+             "SetupChoices": ("http-setup", ""), "SetupMap": ("http-setup", "chambers/items"), "SetupCheck": ("http-setup-check", ""), "StationSettings": ("http-station", ""), "Survey": ("chamber-probe", ""),
              "ModelRows": ("http-model-rows", ""), "RowColumns": ("http-model-rows", "$defs/rows"), "UnitNoise": ("http-unit-noise", "")}
 
 
