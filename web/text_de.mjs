@@ -118,7 +118,7 @@ export const text = {
   },
   help: {
     title: "Hilfe",
-    english: "Der Leitfaden ist auf Englisch. Was er kursiv Records, Units, Runs, Events nennt, heißt hier Prüfmittel, Prüflinge, Kampagnen und Läufe, Ereignisse.",
+    english: "Die Anleitung gibt es nur auf Englisch.",
     find: "Suchen",
     findHint: "limit, release, alarm…",
     reading: "Die Seiten werden gelesen…",

@@ -188,7 +188,7 @@ export const text = {
     button: "Freigeben, was freigegeben werden darf",
     ask: {
       title: (count) => plural(count, { one: "Dieses Modell freigeben?", other: `Diese ${count} Modelle freigeben?` }),
-      text: "Ab dann dürfen sie ausgeliefert werden, in Ihrem Namen. Eine Freigabe achtet nicht auf die Suche nach Lücken.",
+      text: "Was freigegeben ist, darf ab dann ausgeliefert werden, in Ihrem Namen. Eine Freigabe achtet nicht auf die Suche nach Lücken.",
       unit: (serial, version, { again, searched }) => `${serial}, Modell ${version}${again ? ", erneut: nach der Freigabe hat es eine Verifizierung nicht bestanden" : ""}${searched ? "" : ". Niemand hat bei ihm nach Lücken gesucht."}`,
       send: "Freigeben",
     },

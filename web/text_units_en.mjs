@@ -207,7 +207,7 @@ export const text = {
     button: "Release what may be released",
     ask: {
       title: (count) => plural(count, { one: "Release this model?", other: `Release these ${count} models?` }),
-      text: "From then on they may be handed over, in your name. A release does not look at the gap search.",
+      text: "What is released may be handed over from then on, in your name. A release does not look at the gap search.",
       unit: (serial, version, { again, searched }) => `${serial}, model ${version}${again ? ", again: it failed a verification after its release" : ""}${searched ? "" : ". Nobody has searched its gap."}`,
       send: "Release",
     },
