@@ -61,10 +61,10 @@ std::string written_by_hand() {
          "rate = 1\n";
 }
 
-class SettingsChange : public testing::Test {
+class SettingsChange : public ::testing::Test {
  protected:
   void SetUp() override {
-    folder_ = fs::path(testing::TempDir()) / "settings_change";
+    folder_ = fs::path(::testing::TempDir()) / "settings_change";
     fs::remove_all(folder_);
     fs::create_directories(folder_);
     write("old.password", "hunter2\n");
