@@ -21,6 +21,14 @@ const Section* same_in(const std::vector<Section>& sections, const Section& sect
   return found == sections.end() ? nullptr : &*found;
 }
 
+base::Result<toml::table> parsed(std::string_view text) {
+  try {
+    return toml::parse(text);
+  } catch (const toml::parse_error& error) {
+    return base::bad_input(std::string(error.description()), "");
+  }
+}
+
 /// The table that a section is about; null where the text has none.
 template <class Node>
 auto table_of(Node& root, const Section& section) -> decltype(root.as_table()) {
@@ -177,15 +185,23 @@ std::string header_of(const Section& section) {
   return section.index ? "[[" + section.table + "]]" : "[" + section.table + "]";
 }
 
+std::vector<std::string> keys_beyond(std::string_view text, const Section& section) {
+  const base::Result<toml::table> root = parsed(text);
+  const toml::table* table = root ? table_of(*root, section) : nullptr;
+  std::vector<std::string> keys;
+  if (table == nullptr) return keys;
+  for (const auto& [key, value] : *table) {
+    std::string name(key.str());
+    if (value_in(section.keys, name) == nullptr) keys.push_back(std::move(name));
+  }
+  return keys;
+}
+
 base::Result<std::string> with_sections(std::string_view text, const std::string& file,
                                         const std::vector<Section>& before, const std::vector<Section>& after) {
   std::string whole(text);
-  toml::table root;
-  try {
-    root = toml::parse(text);
-  } catch (const toml::parse_error& error) {
-    return base::bad_input(std::string(error.description()), file);
-  }
+  auto root = parsed(text);
+  if (!root) return base::bad_input(root.error().message, file);
   const auto is_changed = [&](const Section& section) {
     const Section* old = same_in(before, section);
     return old == nullptr || old->keys != section.keys;
@@ -193,7 +209,7 @@ base::Result<std::string> with_sections(std::string_view text, const std::string
   const bool is_same = before.size() == after.size() && std::ranges::none_of(after, is_changed);
   if (is_same) return whole;
   if (!whole.empty() && whole.back() != '\n') whole += '\n';
-  Changes changes(whole, std::move(root));
+  Changes changes(whole, *std::move(root));
   bool can = true;
   for (const Section& section : after) {
     const Section* old = same_in(before, section);

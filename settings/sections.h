@@ -22,6 +22,9 @@ struct Section {
 /// The line that begins it: "[chamber]", "[[slot]]".
 [[nodiscard]] std::string header_of(const Section& section);
 
+/// The keys that the text has in a table and the section has not. Nothing of a text that is no TOML.
+[[nodiscard]] std::vector<std::string> keys_beyond(std::string_view text, const Section& section);
+
 /// A TOML text with what differs between two lists of sections changed in it, and everything else, comments and keys
 /// that no section has included, as it was, to the byte. `before`: what the text says; a key of it that the text leaves
 /// out, since it goes without saying, is put in where it changes. A section that is in `after` alone is put behind the

@@ -14,6 +14,7 @@
 #include <string_view>
 #include <utility>
 
+#include "settings/reader.h"
 #include "station/access/accounts.h"
 #include "station/alarms/alarm_sender.h"
 #include "station/config/config_place.h"
@@ -152,9 +153,16 @@ struct Surroundings {
   SettingsDesk& desk;
 };
 
+/// A configuration, and the text of its file.
+struct Settings {
+  StationConfig config;
+  std::string text;
+};
+
 /// `soakd` with a configuration, until it is asked to stop, or to begin anew with other settings; whether it is the
 /// latter. `listen` becomes the address that is served.
-base::Result<bool> serve(const StationConfig& config, std::string& listen, const Surroundings& around) {
+base::Result<bool> serve(const Settings& served, std::string& listen, const Surroundings& around) {
+  const StationConfig& config = served.config;
   const auto address = parse_host_port(config.listen);
   if (!address) return base::forward_error(address);
   std::optional<CertificateFiles> certificate;
@@ -169,11 +177,12 @@ base::Result<bool> serve(const StationConfig& config, std::string& listen, const
   if (!engine) return base::forward_error(engine);
   AlarmSender alarms(**engine, *std::move(deliveries));
   HttpServer server(**engine, config.listen, config.data, config.allowed_hosts, certificate, &alarms, &around.desk);
-  around.desk.open({[&] { return (*engine)->hold_for_settings(); }, [&] { (*engine)->end_hold(); },
-                    [&] { (*engine)->stop(); },
-                    [&](const std::string& text, const std::string& user) {
-                      (*engine)->note("station_changed", config.file, text, user);
-                    }});
+  around.desk.open(
+      {[&] { return (*engine)->hold_for_settings(); }, [&] { (*engine)->end_hold(); }, [&] { (*engine)->stop(); },
+       [&](const std::string& text, const std::string& user) {
+         (*engine)->note("station_changed", config.file, text, user);
+       }},
+      served.text);
   const auto port = server.start();
   if (!port) return base::forward_error(port);
   listen = to_text({address->host, *port});
@@ -203,13 +212,34 @@ base::Result<bool> serve(const StationConfig& config, std::string& listen, const
   return around.desk.is_changing() && !is_ended;
 }
 
+/// The folder of unit types that this program and those that it starts know where no file names one.
+class TypesVariable {
+ public:
+  TypesVariable() {
+    if (const char* there = std::getenv(kUnitTypesVariable); there != nullptr) at_start_ = there;
+  }
+  void set(const std::filesystem::path& folder) const {
+    ::setenv(kUnitTypesVariable, std::filesystem::absolute(folder).c_str(), 1);
+  }
+  /// As it was when the program began.
+  void put_back() const {
+    if (at_start_) ::setenv(kUnitTypesVariable, at_start_->c_str(), 1);
+    if (!at_start_) ::unsetenv(kUnitTypesVariable);
+  }
+
+ private:
+  std::optional<std::string> at_start_;
+};
+
 /// The configuration, with what this program was told on its command line in place of what stands there.
-base::Result<StationConfig> config_of(const DaemonOptions& options, const std::string& listen) {
+base::Result<StationConfig> config_of(const DaemonOptions& options, const std::string& listen,
+                                      const TypesVariable& types) {
+  types.put_back();
   auto config = find_station_config(options.config, options.data);
   if (!config) return config;
   if (!listen.empty()) config->listen = listen;
   // What the page shows, what judges a unit here and the programs that are started from here have the same types.
-  ::setenv(kUnitTypesVariable, std::filesystem::absolute(config->unit_types).c_str(), 1);
+  types.set(config->unit_types);
   return config;
 }
 
@@ -225,24 +255,34 @@ base::Status go_back(const base::Error& error, const std::string& file, Settings
   return {};
 }
 
-/// Serves with the configuration, and anew with each that is written at the page, until somebody ends the program.
-base::Status serve_with_settings(const DaemonOptions& options, StationConfig first, std::string listen, OwnFolder& own,
-                                 ServiceManager& manager, StopSignals& signals) {
+/// Serves with the configuration, and anew with each that is written at the page, until somebody ends the program. One
+/// with which the station does not begin gives way to the one that it served with last, whatever the file says by now.
+base::Status serve_with_settings(const DaemonOptions& options, StationConfig first, std::string listen,
+                                 const TypesVariable& types, OwnFolder& own, ServiceManager& manager,
+                                 StopSignals& signals) {
   const std::string file = first.file;
   SettingsDesk desk(file);
+  std::string text = settings::read_text(file).value_or("");
   base::Result<StationConfig> config = std::move(first);
+  std::optional<Settings> served;
   for (;;) {
     if (config) config->data = own.catalog.data_folder();
-    const auto begins_anew = config ? serve(*config, listen, {own, manager, signals, desk})
+    const auto begins_anew = config ? serve({*config, text}, listen, {own, manager, signals, desk})
                                     : base::Result<bool>(base::forward_error(config));
     if (begins_anew && !*begins_anew) return {};
-    if (!begins_anew && !desk.is_changing()) return base::forward_error(begins_anew);
-    if (!begins_anew) {
-      if (auto back = go_back(begins_anew.error(), file, desk, own.catalog); !back) return back;
-    }
-    log_line("begins anew with " + file);
+    if (!begins_anew && (!desk.is_changing() || !served)) return base::forward_error(begins_anew);
     manager.still_alive();
-    config = config_of(options, listen);
+    if (begins_anew) {
+      served = Settings{*std::move(config), text};
+      text = settings::read_text(file).value_or("");
+      config = config_of(options, listen, types);
+    } else {
+      if (auto back = go_back(begins_anew.error(), file, desk, own.catalog); !back) return back;
+      types.set(served->config.unit_types);
+      text = served->text;
+      config = served->config;
+    }
+    log_line(begins_anew ? "begins anew with " + file : "begins anew with the settings of before");
   }
 }
 
@@ -265,7 +305,8 @@ base::Status run_daemon(const DaemonOptions& options) {
     if (!is_set_up) return base::forward_error(is_set_up);
     if (!*is_set_up) return {};
   }
-  auto config = config_of(options, listen);
+  const TypesVariable types;
+  auto config = config_of(options, listen, types);
   if (!config) return base::forward_error(config);
   // A file that was there already may name another folder than the one in which it was found.
   std::error_code unknown;
@@ -275,7 +316,7 @@ base::Status run_daemon(const DaemonOptions& options) {
     if (!taken) return base::forward_error(taken);
     own.emplace(*std::move(taken));
   }
-  return serve_with_settings(options, *std::move(config), listen, *own, manager, signals);
+  return serve_with_settings(options, *std::move(config), listen, types, *own, manager, signals);
 }
 
 }  // namespace soak::station

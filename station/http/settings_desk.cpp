@@ -35,11 +35,13 @@ json kept_document(const SetupForm& form) {
           {"token", form.webhook && !token_file_of(*form.webhook).empty()}};
 }
 
-/// A file whose folder soakd may not write into is changed with an editor.
+/// A file is changed with an editor where soakd may not write into its folder or, of a link, into the one that it leads
+/// to.
 base::Status check_may_write(const std::filesystem::path& file) {
   std::error_code ignored;
   const std::filesystem::path folder = std::filesystem::weakly_canonical(file, ignored).parent_path();
-  if (::access(folder.c_str(), W_OK) == 0) return {};
+  const std::filesystem::path own = std::filesystem::absolute(file, ignored).parent_path();
+  if (::access(folder.c_str(), W_OK) == 0 && ::access(own.c_str(), W_OK) == 0) return {};
   return base::bad_input("soakd may not write into the folder of this file: whoever may changes it with an editor",
                          file.string());
 }
@@ -55,8 +57,18 @@ Result<SettingsDesk::Present> SettingsDesk::present() const {
   return Present{*std::move(text), *std::move(form)};
 }
 
+base::Status SettingsDesk::check_is_served(const std::string& text) const {
+  const std::lock_guard lock(mutex_);
+  if (text == (change_ ? change_->new_text : served_text_)) return {};
+  return base::bad_input(
+      "it was changed since soakd began to work with it, and what was changed is not in use: restart soakd, then "
+      "change it here",
+      file_.string());
+}
+
 Result<json> SettingsDesk::document() const {
-  const auto now = present();
+  auto now = present();
+  if (auto served = now ? check_is_served(now->text) : base::Status(); !served) now = base::forward_error(served);
   const KeptMaps maps = now ? KeptMaps(now->form, folder()) : KeptMaps();
   auto choices = setup_choices(file_, maps);
   if (!choices) return choices;
@@ -87,6 +99,7 @@ Result<SettingsDesk::Entered> SettingsDesk::entered(const json& body) const {
   if (*revision != revision_of(now->text)) {
     return refused_now(fmt::format("{} was changed by somebody else meanwhile: open this page again", file_.string()));
   }
+  if (auto served = check_is_served(now->text); !served) return refused_now(obstacle_of(served.error(), file_));
   std::vector<SetupMistake> mistakes = keep_secrets(*form, now->form, folder());
   SettingsDraft draft = draft_settings(now->text, file_, now->form, *form);
   // What cannot be read is what is wrong there, not that it is missing.
@@ -144,10 +157,14 @@ Result<json> SettingsDesk::write(const json& body, JobRunner& jobs) {
 }
 
 base::Status SettingsDesk::write_draft(const Entered& entered, const std::string& user) {
+  // Whatever somebody saved while work was being held is not written over.
+  if (const auto text = settings::read_text(file_.string()); !text || *text != entered.present.text) {
+    return refused_now(fmt::format("{} was changed by somebody else meanwhile: open this page again", file_.string()));
+  }
   if (auto written = write_settings(file_, entered.present.text, entered.draft); !written) return written;
   {
     const std::lock_guard lock(mutex_);
-    change_ = Change{entered.present.text, user};
+    change_ = Change{entered.present.text, entered.draft.toml, user};
     trouble_.reset();
   }
   station_.note(fmt::format("settings changed on the page: {}", entered.draft.summary), user);
@@ -159,7 +176,11 @@ void SettingsDesk::answered() {
   if (is_changing()) station_.begin_anew();
 }
 
-void SettingsDesk::open(StationInUse station) {
+void SettingsDesk::open(StationInUse station, std::string text) {
+  {
+    const std::lock_guard lock(mutex_);
+    served_text_ = std::move(text);
+  }
   station_ = std::move(station);
   stop_ = false;
 }
@@ -178,10 +199,12 @@ bool SettingsDesk::is_changing() const {
 
 Result<std::string> SettingsDesk::take_back(const std::string& why) {
   const std::lock_guard lock(mutex_);
-  std::error_code failure;
-  const auto mode = std::filesystem::status(file_, failure).permissions();
-  if (failure) return base::fail(base::ErrorKind::internal, failure.message(), file_.string());
-  if (auto back = write_with_mode(file_, change_->old_text, mode); !back) return base::forward_error(back);
+  if (const auto text = settings::read_text(file_.string()); text && *text == change_->new_text) {
+    std::error_code failure;
+    const auto mode = std::filesystem::status(file_, failure).permissions();
+    if (failure) return base::fail(base::ErrorKind::internal, failure.message(), file_.string());
+    if (auto back = write_with_mode(file_, change_->old_text, mode); !back) return base::forward_error(back);
+  }
   std::string user = std::exchange(change_, std::nullopt)->user;
   trouble_ = Trouble{now_utc_s(), user, why};
   return user;

@@ -43,20 +43,22 @@ class SettingsDesk {
   /// Whoever had the file written has the answer.
   void answered();
 
-  /// A station is about to serve, which may ask from here on.
-  void open(StationInUse station);
+  /// A station is about to serve with that text of the file, and may ask from here on.
+  void open(StationInUse station, std::string text);
   /// It does: what was written before is good.
   void serves();
   /// It ends: what is being sent is broken off.
   void close();
   /// Whether a file was written that no station serves with yet.
   [[nodiscard]] bool is_changing() const;
-  /// Puts the file back that was there before the change, since the station does not begin with that; who made it.
+  /// Puts the file back that was there before the change, since the station does not begin with that, unless somebody
+  /// else has changed it since; who made it.
   [[nodiscard]] base::Result<std::string> take_back(const std::string& why);
 
  private:
   struct Change {
     std::string old_text;
+    std::string new_text;
     std::string user;
   };
   struct Trouble {
@@ -76,6 +78,8 @@ class SettingsDesk {
   };
 
   [[nodiscard]] base::Result<Present> present() const;
+  /// Refuses (bad_input) a text that is not the one that the station works with, or is about to.
+  [[nodiscard]] base::Status check_is_served(const std::string& text) const;
   [[nodiscard]] base::Result<Entered> entered(const nlohmann::json& body) const;
   [[nodiscard]] base::Status write_draft(const Entered& entered, const std::string& user);
   [[nodiscard]] std::filesystem::path folder() const { return file_.parent_path(); }
@@ -86,6 +90,7 @@ class SettingsDesk {
   std::atomic<bool> stop_ = false;  ///< what is being sent
   mutable std::mutex mutex_;        ///< of what follows
   StationInUse station_;
+  std::string served_text_;  ///< of the file, as the station works with it
   std::optional<Change> change_;
   std::optional<Trouble> trouble_;  ///< of the last change
 };

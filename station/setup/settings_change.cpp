@@ -123,6 +123,25 @@ std::vector<SetupSecret> new_secrets_of(const SetupForm& before, const SetupForm
   return secrets;
 }
 
+/// What a slot has in the file and the page does not show, its mounting (`axes`) above all, stays with the place in the
+/// list: it must stay the same slot.
+void check_slots_stay(std::string_view text, const std::vector<Section>& before, const SetupForm& old_form,
+                      const SetupForm& form, std::vector<SetupMistake>& mistakes) {
+  for (const Section& section : before) {
+    if (!section.index) continue;
+    const std::size_t i = *section.index;
+    const std::string& name = old_form.slots[i].name;
+    if (i < form.slots.size() && form.slots[i].name == name) continue;
+    const auto beyond = settings::keys_beyond(text, section);
+    if (beyond.empty()) continue;
+    const std::string field = i < form.slots.size() ? fmt::format("slots.{}.name", i) : "";
+    mistakes.push_back(
+        {field, fmt::format("slot '{}' has more in the file than this page shows ({}): it keeps its name "
+                            "and place here; take it out or rename it in the file",
+                            name, fmt::join(beyond, ", "))});
+  }
+}
+
 }  // namespace
 
 SettingsDraft draft_settings(std::string_view text, const std::filesystem::path& file, const SetupForm& before,
@@ -134,6 +153,7 @@ SettingsDraft draft_settings(std::string_view text, const std::filesystem::path&
   draft.summary = summary_of(old_sections, sections);
   draft.mistakes = check_setup(form, file).mistakes;
   allow_no_type(draft.mistakes, before, form);
+  check_slots_stay(text, old_sections, before, form, draft.mistakes);
   if (!draft.mistakes.empty()) return draft;
   auto changed = settings::with_sections(text, file.string(), old_sections, sections);
   if (!changed) {

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <system_error>
 #include <utility>
 
 #include "settings/reader.h"
@@ -112,9 +113,14 @@ base::Status add_slots(const Table& root, SetupForm& form, const std::filesystem
   return {};
 }
 
-/// A name of ours for a secret, other than the one that is in use: the file of before still finds its own.
-std::string fresh_name(const std::string& in_use, const char* usual, const char* second) {
-  return in_use == usual ? second : usual;
+/// A name of ours for a secret, of another file than the one that is in use: the file of before still finds its own.
+std::string fresh_name(const std::filesystem::path& folder, const std::string& in_use, const char* usual,
+                       const char* second) {
+  std::error_code unknown;
+  const auto place = [&](const std::filesystem::path& name) {
+    return std::filesystem::weakly_canonical(folder / name, unknown).lexically_normal();
+  };
+  return !in_use.empty() && place(in_use) == place(usual) ? second : usual;
 }
 
 /// Reads what is kept in a file; a mistake of that field where it cannot be.
@@ -130,7 +136,7 @@ void keep_password(EnteredMail& mail, const std::optional<EnteredMail>& before, 
   const std::string in_use = before ? password_file_of(*before) : "";
   mail.password_file.clear();
   if (!mail.password.empty()) {
-    mail.password_file = fresh_name(in_use, kMailPasswordFile, kSecondPasswordFile);
+    mail.password_file = fresh_name(folder, in_use, kMailPasswordFile, kSecondPasswordFile);
   } else if (!in_use.empty() && !mail.user.empty() && before->host == mail.host && before->user == mail.user) {
     mail.password = kept_in(folder / in_use, "mail.password", mistakes);
     mail.password_file = in_use;
@@ -148,10 +154,10 @@ void keep_webhook(EnteredWebhook& webhook, const std::optional<EnteredWebhook>& 
     webhook.url = kept_in(folder / known.url_file, "webhook.url", mistakes);
     webhook.url_file = known.url_file;
   } else {
-    webhook.url_file = fresh_name(known.url_file, kWebhookUrlFile, kSecondUrlFile);
+    webhook.url_file = fresh_name(folder, known.url_file, kWebhookUrlFile, kSecondUrlFile);
   }
   if (!webhook.token.empty()) {
-    webhook.token_file = fresh_name(known.token_file, kWebhookTokenFile, kSecondTokenFile);
+    webhook.token_file = fresh_name(folder, known.token_file, kWebhookTokenFile, kSecondTokenFile);
   } else if (is_kept && !known.token_file.empty()) {
     webhook.token = kept_in(folder / known.token_file, "webhook.token", mistakes);
     webhook.token_file = known.token_file;

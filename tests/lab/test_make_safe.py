@@ -68,8 +68,13 @@ class MakeSafe(LabTest):
         self.assertEqual((done["action"], done["safe_temp_c"], done["running"], done["set_point_c"]), ("driven", SAFE_C, True, SAFE_C))
         self.assertFalse(done["beside_soakd"])
         self.assertEqual((self.chamber()[0], self.chamber()[2]), (AUTO, SAFE_C))
-        self.wait_for_air(SAFE_C)
-        self.assertEqual(self.make_safe()["action"], "switched_off")
+        # The air goes past the set point once or twice before it stays: where it is away again, it is driven again.
+        end_s = time.monotonic() + bench.WAIT_S
+        while done["action"] == "driven":
+            self.assertLess(time.monotonic(), end_s, done)
+            self.wait_for_air(SAFE_C)
+            done = self.make_safe()
+        self.assertEqual(done["action"], "switched_off")
         self.assertEqual(self.chamber()[:2], (OFF, 0.0))
         done = self.make_safe()
         self.assertEqual((done["action"], done["running"]), ("left_off", False))

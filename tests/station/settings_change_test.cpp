@@ -167,7 +167,37 @@ TEST_F(SettingsChange, RefusesToDropASlotOfWhichItDoesNotKnowAll) {
   form.slots.pop_back();
   const SettingsDraft changed = draft(form, text);
   ASSERT_EQ(changed.mistakes.size(), 1U);
-  EXPECT_NE(changed.mistakes[0].message.find("what else stands in the file"), std::string::npos);
+  EXPECT_NE(changed.mistakes[0].message.find("(axes)"), std::string::npos);
+}
+
+TEST_F(SettingsChange, GivesTheMountingOfASlotToNoOther) {
+  SetupForm without_first = page();
+  without_first.slots.erase(without_first.slots.begin());
+  SetupForm renamed = page();
+  renamed.slots[0].name = "another";
+  for (const SetupForm& form : {without_first, renamed}) {
+    const SettingsDraft changed = draft(form);
+    ASSERT_EQ(changed.mistakes.size(), 1U);
+    EXPECT_EQ(changed.mistakes[0].field, "slots.0.name");
+  }
+  SetupForm other_port = page();
+  other_port.slots[0].address.port = 4009;
+  const SettingsDraft changed = draft(other_port);
+  ASSERT_TRUE(changed.mistakes.empty()) << changed.mistakes[0].message;
+  EXPECT_EQ(changed.toml, with(written_by_hand(), "port = 4001\n", "port = 4009\n"));
+}
+
+TEST_F(SettingsChange, WritesANewPasswordToAnotherFileHoweverTheOldOneIsSpelled) {
+  for (const std::string& in_use : {std::string("./mail.password"), (folder_ / "mail.password").string()}) {
+    write("mail.password", "hunter2\n");
+    const std::string text = with(written_by_hand(), "\"old.password\"", "\"" + in_use + "\"");
+    SetupForm form = answers(text);
+    form.mail->password_file.clear();
+    form.mail->password = "hunter3";
+    const SettingsDraft changed = draft(form, text);
+    ASSERT_EQ(changed.new_secrets.size(), 1U);
+    EXPECT_NE(changed.new_secrets[0].file, "mail.password");
+  }
 }
 
 TEST_F(SettingsChange, RefusesWhatNoChangeOfLinesGives) {

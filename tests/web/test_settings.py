@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Settings of a station that works, changed from its page: a real `soakd` ($SOAK_BIN_FOLDER) begins anew with them in the same process,
 goes back to those of before where it cannot, and refuses while something is under way."""
+import hashlib
 import http.client
 import json
 import pathlib
@@ -176,6 +177,29 @@ class Interface(WithSettings):
             status, where, message = self.refused(path, body)
             self.assertEqual((status, where), (409, "state"))
             self.assertIn("was changed by somebody else", message)
+
+    def test_what_stands_in_the_file_and_is_not_in_use_does_not_begin_with_somebody_elses_change(self):
+        answers = self.station.settings()["answers"]
+        self.before = self.before.replace("rate = 1", "rate = 2")
+        self.station.file.write_text(self.before, encoding="utf-8")
+        settings = self.station.settings()
+        self.assertIsNone(settings["answers"])
+        self.assertIn("restart soakd", settings["obstacle"])
+        body = {**answers, "room": {"temp_c": 22}, "revision": hashlib.sha256(self.before.encode()).hexdigest()}
+        for path in ("station/check", "station/write"):
+            self.assertEqual(self.refused(path, body)[:2], (409, "state"))
+        self.station.stop()
+        self.station.start()
+        self.assertIsNone(self.station.settings()["obstacle"])
+
+    def test_an_edit_that_does_not_begin_is_not_taken_for_the_settings_of_before(self):
+        self.station.ask("station/write", self.body(power={"from": "chamber"}, user="Eva"))
+        edited = self.station.text() + "no_such_key = 1\n"
+        self.station.file.write_text(edited, encoding="utf-8")  # before or after it was taken back
+        settings = self.station.wait_until_it_is_back()
+        self.assertIsNone(self.station.process.poll())
+        self.assertIn("no_such_key", self.station.text(), "it is left as somebody saved it")
+        self.assertIsNotNone(settings["obstacle"])
 
     def test_what_the_form_cannot_show_is_refused_with_the_file(self):
         more = '[[slot]]\nname = "B"\nhost = "127.0.0.1"\nport = 4002\nunit_type = "vn-200"\n'
