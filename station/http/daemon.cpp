@@ -274,6 +274,7 @@ base::Status serve_with_settings(const DaemonOptions& options, StationConfig fir
     manager.still_alive();
     if (begins_anew) {
       served = Settings{*std::move(config), text};
+      served->config.listen = listen;  // with the port that it got where any would do
       text = settings::read_text(file).value_or("");
       config = config_of(options, listen, types);
     } else {

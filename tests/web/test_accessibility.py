@@ -82,7 +82,7 @@ VIEWS = {"station": (("station", "#stored-campaigns", "check"),),
          "help": (("help=operations", "#help-page article h3", "Operating a station"), ("help=gap-workflow", "#help-page article h3", "gap"))}
 # Dialogs of those views: where each is opened, and by which button.
 DIALOGS = {"void": ("run", "#segments .actions button[data-needs]"), "repair": ("unit", "#unit-repair"), "withdraw": ("unit", "#unit-withdraw"),
-           "accept": ("unit", "#gap-accept"), "sure": ("unit", "#unit-export"), "retire": ("records", "#references button")}
+           "accept": ("unit", "#gap-accept"), "sure": ("units", "#units-release"), "retire": ("records", "#references button")}
 WIDTHS = (1280, 390) if LONG_TESTS else (1280,)
 # Only for time: six sensors look alike, and so do the rows of a map; axe-core takes half a minute for all their cells. Long tests see them all.
 ONE_OF_MANY = "" if LONG_TESTS else """
