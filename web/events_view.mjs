@@ -4,6 +4,7 @@
 import { get } from "./api.mjs";
 import { $, element, english, say, show, tell } from "./dom.mjs";
 import { clock, count } from "./format.mjs";
+import { styled } from "./style_sheet.mjs";
 import { textsOf } from "./text.mjs";
 
 /** @type {typeof import("./text_events_en.mjs").text} */
@@ -23,6 +24,7 @@ const OWN = ["alarm", "alarm_not_sent", "alarm_sent", "campaign", "campaign_fail
   "journal", "position", "power", "pre-flight", "prompt", "run", "run_added", "run_warning", "segment", "step", "storage", "unit"];
 
 export class EventsView {
+  #styled = styled("fleet.css");
   #asked = ""; // the question, without the page
   #oldest = null; // number of the last event shown
   #runs = new Map(); // number → the run, of those that events are about
@@ -44,6 +46,7 @@ export class EventsView {
   }
 
   async open(parameters) {
+    await this.#styled;
     for (const name of FIELDS) {
       const value = parameters.get(name) ?? "";
       if (name === "kind" && ![...$("audit-kind").options].some((option) => option.value === value)) this.#addKind(value);

@@ -8,6 +8,7 @@ import { BELOW, draw, Panel, TOP } from "./figure.mjs";
 import { CURVES, driftText, F, findingsOf, isCompared, noneMarked, outlierText, ruleText, shownUnit, summaryOf, yieldOf } from "./fleet_words.mjs";
 import { UNKNOWN } from "./format.mjs";
 import { badge } from "./runs_view.mjs";
+import { styled } from "./style_sheet.mjs";
 import { sensorText, verdictOf } from "./unit_words.mjs";
 import { unitAddress } from "./views.mjs";
 
@@ -28,6 +29,7 @@ function typeToBegin(counts) {
 const fleetAddress = (type) => `#${new URLSearchParams({ fleet: type })}`;
 
 export class FleetView {
+  #styled = styled("fleet.css");
   #asked = null; // the type that the page shows
   #fleet = null; // its document
   #findings = new Map();
@@ -46,6 +48,7 @@ export class FleetView {
     show($("fleet-failure"), false);
     try {
       const { units } = await get("units");
+      await this.#styled;
       if (mine !== this.#opened) return; // somebody has gone on meanwhile
       const counts = new Map();
       for (const { type } of units) counts.set(type, (counts.get(type) ?? 0) + 1);

@@ -22,7 +22,7 @@ Result<json> answer_plan(StationService& lab, const Parameter& around, std::int6
   if (!around) return lab.plan(std::nullopt);
   const auto step = base::parse_int(*around);
   if (!step || *step < 0) return base::bad_input("'" + *around + "' is not the number of a step", "around");
-  return lab.plan(*step);
+  return lab.plan(step);
 }
 
 Result<json> answer_history(StationService& lab, const Parameter& after_s, std::int64_t) {

@@ -172,7 +172,7 @@ Result<json> answer_unit_noise(RunArchive& runs, const Parameters& parameters) {
   });
   if (!answer || !source.still) return answer;
   const auto allans = runs.once(name_of_rest(*source.still), [&] { return allans_of(runs, *source.still); });
-  if (!allans) return allans;
+  if (!allans) return base::forward_error(allans);
   for (const auto& [name, allan] : allans->items()) {
     const calib::Sensor sensor = *calib::sensor_named(name);
     (*answer)["sensors"][name] = judged_noise(allan, sensor, noise_limit(source.type, sensor));

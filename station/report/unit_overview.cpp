@@ -277,7 +277,7 @@ base::Result<json> unit_overview(const db::Catalog& catalog, const std::string& 
   overview.update(run_counts(*runs, *unit));
   overview["fit_campaigns"] = fit_campaigns(*runs, *unit);
   const auto versions = model_versions(catalog, *unit);
-  if (!versions) return versions;
+  if (!versions) return base::forward_error(versions);
   overview.update(*versions);
   if (*model) {
     if (auto added = add_model(catalog, **model, overview); !added) return base::forward_error(added);

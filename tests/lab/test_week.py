@@ -22,6 +22,20 @@ RATE = 1000
 ALL_OF_IT = "\ue009a\ue000"  # Control+A, then no key held: what is typed next takes its place
 FACES = ("+X", "-X", "+Y", "-Y", "+Z", "-Z")
 SET_POINTS = (10, 25, 40)
+# Of an element that is there: for ten frames at the same place.
+STANDS_STILL = """const link = arguments[0];
+return new Promise((done) => {
+  let before = "", still = 0, frames = 0;
+  const look = () => {
+    const box = document.querySelector(link)?.getBoundingClientRect();
+    const now = box ? `${box.top} ${box.left}` : "";
+    still = now !== "" && now === before ? still + 1 : 0;
+    before = now;
+    if (still >= 10 || ++frames > 600) done(still >= 10);
+    else requestAnimationFrame(look);
+  };
+  look();
+});"""
 
 
 def named(name, **more):
@@ -216,7 +230,9 @@ class Week(LabTest):
 
     def open_unit(self, serial):
         self.click("#to-units")
-        self.click(f"#units-list a[href='#unit={serial}']")
+        link = f"#units-list a[href='#unit={serial}']"
+        self.browser.wait(STANDS_STILL, link)
+        self.click(link)
         self.see("#unit-title", serial)
 
     def close_the_gap(self):
