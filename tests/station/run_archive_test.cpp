@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
-#include <chrono>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <thread>
@@ -220,17 +219,20 @@ TEST_F(Archive, WhatIsWorkedOutOfAUnitIsAskedAgainWithAnotherVerificationAndAfte
 }
 
 TEST_F(Archive, WhatNeverChangesIsWorkedOutOnceThoughSeveralAskAtATime) {
+  constexpr int kThreads = 4;
+  std::atomic<int> asking = 0;
   std::atomic<int> worked = 0;
   const auto ask = [&] {
+    ++asking;
     const auto answer = archive_.once("noise of r1", [&]() -> base::Result<json> {
-      std::this_thread::sleep_for(std::chrono::milliseconds(50));
+      while (asking < kThreads) std::this_thread::yield();
       return archive_.compute([&]() -> base::Result<json> { return json(++worked); });
     });
     ASSERT_TRUE(answer);
     EXPECT_EQ(*answer, 1);
   };
   std::vector<std::jthread> threads;
-  for (int i = 0; i < 4; ++i) threads.emplace_back(ask);
+  for (int i = 0; i < kThreads; ++i) threads.emplace_back(ask);
   threads.clear();
   ask();
   EXPECT_EQ(worked, 1);

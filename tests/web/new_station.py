@@ -38,6 +38,18 @@ class Laboratory:
         shutil.rmtree(self.folder, ignore_errors=True)
 
 
+def ask(url, path, body=None, **headers):
+    """(status, document) of GET, or with a body of POST, of the station at that address."""
+    data = None if body is None else json.dumps(body).encode()
+    request = urllib.request.Request(f"{url}api/v1/{path}", data, {"Content-Type": "application/json", **headers} if body is not None else headers)
+    try:
+        with urllib.request.urlopen(request, timeout=PATIENCE_S) as answer:
+            return answer.status, json.load(answer)
+    except urllib.error.HTTPError as refusal:
+        with refusal:
+            return refusal.code, json.load(refusal)
+
+
 class NewStation:
     def __init__(self, *options):
         self.folder = pathlib.Path(tempfile.mkdtemp(prefix="soak-new-"))
@@ -64,15 +76,7 @@ class NewStation:
         return status
 
     def ask(self, path, body=None, **headers):
-        """(status, document) of GET, or with a body of POST."""
-        data = None if body is None else json.dumps(body).encode()
-        request = urllib.request.Request(f"{self.url}api/v1/{path}", data, {"Content-Type": "application/json", **headers} if body is not None else headers)
-        try:
-            with urllib.request.urlopen(request, timeout=PATIENCE_S) as answer:
-                return answer.status, json.load(answer)
-        except urllib.error.HTTPError as refusal:
-            with refusal:
-                return refusal.code, json.load(refusal)
+        return ask(self.url, path, body, **headers)
 
     def events(self):
         done = subprocess.run([pathlib.Path(bin_folder()) / "soak", "events", "list", "--json", "--data", self.data], capture_output=True, text=True, check=True)

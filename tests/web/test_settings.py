@@ -11,12 +11,11 @@ import tempfile
 import time
 import unittest
 import urllib.error
-import urllib.request
 
 from test_accessibility import AXE, SERIOUS  # first: see lagging_station.py
 from browser import BROWSER, DRIVER, Browser
 from guarded_station import GuardedStation
-from new_station import ROOT, NewStation
+from new_station import ROOT, NewStation, ask
 from test_language import ENGLISH, SHOWN
 from test_setup import peers
 
@@ -231,19 +230,12 @@ class Laboratory(unittest.TestCase):
             config = folder / "station.toml"
             text = config.read_text(encoding="utf-8")
 
-            def ask(path, body=None):
-                """(status, document)"""
-                request = urllib.request.Request(f"{lab.page}api/v1/{path}", None if body is None else json.dumps(body).encode(), {"Content-Type": "application/json"})
-                try:
-                    with urllib.request.urlopen(request, timeout=WITHIN_S) as answer:
-                        return answer.status, json.load(answer)
-                except urllib.error.HTTPError as refusal:
-                    with refusal:
-                        return refusal.code, json.load(refusal)
+            def asked(path, body=None):
+                return ask(lab.page, path, body)
 
             def write():
-                settings = ask("station")[1]
-                return ask("station/write", {**settings["answers"], "room": {"temp_c": 22}, "revision": settings["revision"]})
+                settings = asked("station")[1]
+                return asked("station/write", {**settings["answers"], "room": {"temp_c": 22}, "revision": settings["revision"]})
 
             lab.soak("campaign", "start", ROOT / "procedures" / "static-allan.toml", "--name", "c")
             for state in ("running", "paused"):
@@ -259,15 +251,15 @@ class Laboratory(unittest.TestCase):
             self.assertEqual(write()[0], 200)
             self.assertIn("temp_c = 22", config.read_text(encoding="utf-8"))
             end_s = time.monotonic() + WITHIN_S
-            while not self.serves_with_its_chamber(ask):
+            while not self.serves_with_its_chamber(asked):
                 self.assertLess(time.monotonic(), end_s, lab.log())
                 time.sleep(0.1)
-            self.assertIsNone(ask("station")[1]["trouble"])
+            self.assertIsNone(asked("station")[1]["trouble"])
 
     @staticmethod
-    def serves_with_its_chamber(ask):
+    def serves_with_its_chamber(asked):
         try:
-            return not ask("station")[1]["changing"] and ask("status")[1]["chamber"]["connected"]
+            return not asked("station")[1]["changing"] and asked("status")[1]["chamber"]["connected"]
         except (ConnectionError, urllib.error.URLError, http.client.HTTPException):
             return False
 
